@@ -1,0 +1,118 @@
+"""Levels on the wire and in files: taken apart into packed arrays, and put together again."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wzviewer.core.anchor import AnchoredView, LevelFrame
+from wzviewer.core.camera import Camera
+from wzviewer.core.messages import Json
+from wzviewer.core.packing import PACKED_DTYPES, Packed, check_packed, pack, unpack
+from wzviewer.core.records import header_fields
+from wzviewer.core.scene import Level
+from wzviewer.core.surfels import Surfels
+
+CHUNK_SURFELS = 1 << 16
+MAX_SURFELS = 64 << 20  # of one level
+COVERAGE = "coverage"  # u8 on the wire and in the file: 1/255 of a feathered border is invisible
+MAP_PREFIX = "map:"
+
+Arrays = dict[str, NDArray[Any]]
+
+
+def surfel_arrays(surfels: Surfels) -> Arrays:
+    """Packs surfels for the wire or the file."""
+    coverage = np.rint(surfels.coverage * 255.0).astype(np.uint8)
+    return {**pack(surfels), COVERAGE: coverage}
+
+
+def surfels_of(arrays: Arrays, camera: Camera, frame: LevelFrame) -> Surfels:
+    """Restores surfels; s_native follows from the position and C_i (Eq. 1).
+
+    Raises:
+        ValueError: when an array is missing or malformed.
+    """
+    packed: Packed = {k: arrays[k] for k in PACKED_DTYPES if k in arrays}
+    check_packed(packed)
+    coverage = arrays.get(COVERAGE)
+    if coverage is None or coverage.dtype != np.uint8 or coverage.shape != (len(packed["means"]),):
+        raise ValueError("surfel array 'coverage' is missing or malformed")
+    native = np.exp2(AnchoredView.expand(camera, frame).log_scale(packed["means"]))
+    return unpack(packed, native, coverage.astype(np.float32) / np.float32(255.0))
+
+
+def finished(surfels: Surfels, camera: Camera, frame: LevelFrame) -> Surfels:
+    """Returns surfels as they will be after the wire or the file: what a commit freezes."""
+    return surfels_of(surfel_arrays(surfels), camera, frame)
+
+
+def replay_arrays(level: Level) -> Arrays:
+    """All arrays of a finished level, for `ReplayLevel`."""
+    maps = {MAP_PREFIX + k: v for k, v in level.maps.items()}
+    return {**surfel_arrays(level.surfels), "image": level.image, "relief": level.relief, **maps}
+
+
+def level_of(header: Json, arrays: Arrays, surfels: Surfels | None = None) -> Level:
+    """Restores a level from its header and arrays.
+
+    Raises:
+        ValueError: when the header or an array is malformed.
+    """
+    fields = header_fields(header)
+    image, relief = arrays.get("image"), arrays.get("relief")
+    if image is None or image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3:
+        raise ValueError("level has no image")
+    if relief is None or relief.dtype != np.float32 or relief.shape != image.shape[:2]:
+        raise ValueError("level has no relief of the image's size")
+    if surfels is None:
+        surfels = surfels_of(arrays, fields["camera"], fields["frame"])
+    maps = {k.removeprefix(MAP_PREFIX): v for k, v in arrays.items() if k.startswith(MAP_PREFIX)}
+    return Level(surfels=surfels, image=image, relief=relief, maps=maps, **fields)
+
+
+class LevelAssembly:
+    """Puts a level together from `LevelBegun`, chunks and `LevelCommitted`."""
+
+    def __init__(self) -> None:
+        self._level: Level | None = None
+        self._chunks: list[Surfels] = []
+        self._count = 0
+
+    def begin(self, header: Json, arrays: Arrays) -> None:
+        """Takes the header and the preview's image and relief."""
+        self._level = level_of(header, arrays, Surfels.empty())
+        self._chunks, self._count = [], 0
+
+    def add(self, start: int, total: int, arrays: Arrays) -> bool:
+        """Takes a chunk; returns whether the revision is complete.
+
+        Raises:
+            ValueError: when chunks come out of order or exceed the total.
+        """
+        level = self._require()
+        if start == 0:
+            self._chunks, self._count = [], 0
+        surfels = surfels_of(arrays, level.camera, level.frame)
+        if start != self._count or start + len(surfels) > total or total > MAX_SURFELS:
+            raise ValueError(f"chunk at {start} of {total} is out of order")
+        self._chunks.append(surfels)
+        self._count += len(surfels)
+        if self._count < total:
+            return False
+        self._level = level.with_surfels(Surfels.concatenate(self._chunks))
+        return True
+
+    def level(self) -> Level:
+        """The last complete revision."""
+        return self._require()
+
+    def finish(self, header: Json, arrays: Arrays) -> Level:
+        """Returns the final level."""
+        return replace(level_of(header, arrays, self._require().surfels))
+
+    def _require(self) -> Level:
+        if self._level is None:
+            raise ValueError("a level was not begun")
+        return self._level

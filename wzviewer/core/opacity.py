@@ -1,0 +1,180 @@
+"""Scale-aware opacity modulation, Eq. 1-3 of the paper, on a tree and without a seam.
+
+A *pixel scale* is the world length that one pixel covers at a depth, ``d / sqrt(fx fy)`` (Eq. 1).
+Every surfel remembers the pixel scale it was created at and is fully visible there; it fades
+linearly in log scale towards the scales of its parent and its children (Eq. 3).
+
+Beyond the paper, a child covers only its camera's image::
+
+    m    1 inside the child's image, 0 at and beyond its border, smooth between; of the point alone
+    t    log interpolation from the parent's pixel scale (0) to the child's (1)
+    u    what a level may use: u = u_parent m t, 1 at the root
+    w    weight = u * product over its children of (1 - m t); of overlapping siblings the newer first
+
+On a chain with m = 1 this is Eq. 3; on any tree the weights at a point sum to 1.  Scales decrease
+down the tree, so t of a level above 0 means t = 1 for its ancestors: ``u`` needs one t, and the
+product of the m along the ancestors is stored with the surfel (`Surfels.coverage`).
+
+The GLSL twin is ``shaders/include/opacity.glsl``; ``tests/gl/test_opacity_parity.py`` compares them.
+All scales here are log2 over the level's unit, so 8^12 stays far from the limits of float32.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from wzviewer.core.anchor import AnchoredView, LevelFrame
+from wzviewer.core.camera import Camera
+from wzviewer.core.constants import COVERAGE_FEATHER
+from wzviewer.core.types import DoubleArray, FloatArray
+
+LOG_SPAN_MIN = 0.05  # of a parent-child ramp, log2: an extension at the same scale still fades
+
+
+def opacity_weight(
+    render: FloatArray, native: FloatArray, parent: FloatArray, child: FloatArray
+) -> FloatArray:
+    """Factor alpha that multiplies a surfel's opacity, Eq. 3 as printed (one parent, one child).
+
+    Args:
+        render: (n,) pixel scale at the current camera, world units per pixel.
+        native: (n,) at the camera that created the surfel.
+        parent: (n,) at the camera of the coarser level; inf when there is none.
+        child: (n,) at the camera of the finer level; 0 when there is none.
+
+    Returns:
+        (n,) weight in [0, 1].
+
+    Example:
+        Half-way in log scale between two levels, both share the pixel equally (Prop. 1):
+
+        >>> coarse, fine = np.float32([8e-3]), np.float32([1e-3])
+        >>> between = np.sqrt(coarse * fine)
+        >>> w_coarse = opacity_weight(between, coarse, np.float32([np.inf]), fine)
+        >>> w_fine = opacity_weight(between, fine, coarse, np.float32([0.0]))
+        >>> (w_coarse + w_fine).round(5).tolist(), w_fine.round(5).tolist()
+        ([1.0], [0.5])
+    """
+    up = np.where(np.isinf(parent), np.float32(1.0), _ramp(parent, render, native))
+    down = np.where(child <= 0.0, np.float32(1.0), np.float32(1.0) - _ramp(native, render, child))
+    return np.clip(np.minimum(up, down), 0.0, 1.0).astype(np.float32)
+
+
+def _ramp(upper: FloatArray, render: FloatArray, lower: FloatArray) -> FloatArray:
+    tiny = np.float32(1e-37)
+    top, here, low = (np.log(np.clip(x, tiny, np.float32(3e38))) for x in (upper, render, lower))
+    return np.clip((top - here) / np.maximum(top - low, np.float32(1e-6)), 0.0, 1.0)
+
+
+def edge_coverage(points_px: FloatArray, width: int, height: int, feather_px: float) -> FloatArray:
+    """m: 1 well inside an image, smoothstep to 0 at its border, 0 outside and where undefined.
+
+    Args:
+        points_px: (n, 2) image positions, px; nan is outside.
+        width: image width, px.
+        height: image height, px.
+        feather_px: width of the transition inside the border.
+
+    Returns:
+        (n,) float32 in [0, 1].
+    """
+    x, y = points_px[:, 0], points_px[:, 1]
+    inside = np.minimum(np.minimum(x, width - x), np.minimum(y, height - y))
+    s = np.clip(np.nan_to_num(inside, nan=-1.0) / np.float32(feather_px), 0.0, 1.0)
+    return (s * s * (3.0 - 2.0 * s)).astype(np.float32)
+
+
+def feather_px(camera: Camera) -> float:
+    """Width of the transition inside a child's border, px of its camera."""
+    return COVERAGE_FEATHER * min(camera.width, camera.height)
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """A level that takes a share out of another one: a child, or a newer sibling of an ancestor.
+
+    Attributes:
+        view: its camera, expanded about the covered level's anchor.
+        parent_rows: (4,) ``(g, base)`` of its parent's camera about the same anchor.
+        size_px: (width, height, feather) of its image.
+    """
+
+    view: AnchoredView
+    parent_rows: DoubleArray
+    size_px: tuple[float, float, float]
+
+    @classmethod
+    def expand(cls, camera: Camera, parent: Camera, frame: LevelFrame) -> "Cover":
+        """Expands a covering camera and its parent's about a frame's anchor."""
+        size_px = (float(camera.width), float(camera.height), feather_px(camera))
+        return cls(AnchoredView.expand(camera, frame), AnchoredView.expand(parent, frame).rows[2], size_px)
+
+    def share(self, means: FloatArray, render: FloatArray) -> FloatArray:
+        """M t at local points: (n, 3) and their log2 render scales (n,) -> (n,)."""
+        width, height, feather = self.size_px
+        m = edge_coverage(self.view.project(means), int(width), int(height), feather)
+        top = scale_of_row(self.parent_rows, means)
+        return m * log_ramp(top, render, self.view.log_scale(means))
+
+
+@dataclass(frozen=True, eq=False)
+class Modulation:
+    """All that Eq. 3 needs for one level, in that level's frame.
+
+    Attributes:
+        parent_rows: (4,) ``(g, base)`` of the parent's camera, or None at the root.
+        covers: children, and newer siblings of the level and of its ancestors.
+    """
+
+    parent_rows: DoubleArray | None
+    covers: tuple[Cover, ...]
+
+
+def scale_of_row(row: DoubleArray, means: FloatArray) -> FloatArray:
+    """log2 pixel scale at local points from a ``(g, base)`` row; (n,) float32."""
+    D = np.float32(1.0) + means @ row[:3].astype(np.float32)
+    return np.float32(row[3]) + np.log2(np.maximum(D, np.float32(1e-6)))
+
+
+def log_ramp(top: FloatArray, here: FloatArray, low: FloatArray) -> FloatArray:
+    """t: 0 at the parent's log scale (top), 1 at the child's (low); (n,) float32."""
+    return np.clip((top - here) / np.maximum(top - low, np.float32(LOG_SPAN_MIN)), 0.0, 1.0)
+
+
+def weights(
+    means: FloatArray,
+    native_scales: FloatArray,
+    coverage: FloatArray,
+    view: AnchoredView,
+    modulation: Modulation,
+) -> FloatArray:
+    """Weight w of every surfel of a level (Eq. 3 with coverage).
+
+    Args:
+        means: (n, 3) local positions.
+        native_scales: (n,) s_native over the level's unit.
+        coverage: (n,) product of m over the level and its ancestors.
+        view: the rendering camera about the level's anchor.
+        modulation: the level's parent and covers.
+
+    Returns:
+        (n,) float32 in [0, 1].
+    """
+    render = view.log_scale(means)
+    w = coverage.astype(np.float32)
+    if modulation.parent_rows is not None:
+        top = scale_of_row(modulation.parent_rows, means)
+        w = w * log_ramp(top, render, np.log2(native_scales))
+    for cover in modulation.covers:
+        w = w * (np.float32(1.0) - cover.share(means, render))
+    return np.clip(w, 0.0, 1.0).astype(np.float32)
+
+
+def stored_coverage(means: FloatArray, frame: LevelFrame, cameras: Sequence[Camera]) -> FloatArray:
+    """Product of m over a level and its ancestors (root excluded), at local points (n, 3) -> (n,)."""
+    product = np.ones(len(means), np.float32)
+    for camera in cameras:
+        points_px = AnchoredView.expand(camera, frame).project(means)
+        product *= edge_coverage(points_px, camera.width, camera.height, feather_px(camera))
+    return product
