@@ -106,6 +106,12 @@ class Camera:
         near = self.zoomed(x_px, y_px, factor)
         return replace(near, cx=near.cx + self.width / 2 - x_px, cy=near.cy + self.height / 2 - y_px)
 
+    def resampled(self, width: int, height: int) -> "Camera":
+        """Returns the same view with other pixels: the image is stretched to the new size."""
+        x, y = width / self.width, height / self.height
+        lens = (self.fx * x, self.fy * y, self.cx * x, self.cy * y)
+        return Camera(self.camera_from_world, *lens, width, height)
+
     def resized(self, width: int, height: int) -> "Camera":
         """Returns the same view at another size: the field of view that fits is kept whole."""
         ratio = min(width / self.width, height / self.height)

@@ -14,6 +14,7 @@ computed from their cameras (`modulation`).
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,19 @@ class Scene:
         self._hidden: set[int] = set()
         self.unknown_fields: dict[str, Any] = {}  # of the file it came from; kept when saved
         self.revision = 0  # grows with every change, so that a renderer knows when to look
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Scene":
+        """Reads a scene file; see `core.files.load_scene`."""
+        from wzviewer.core.files import load_scene
+
+        return load_scene(Path(path))
+
+    def save(self, path: str | Path) -> None:
+        """Writes the finished levels; see `core.files.save_scene`."""
+        from wzviewer.core.files import save_scene
+
+        save_scene(self, Path(path))
 
     def __len__(self) -> int:
         return len(self._levels)

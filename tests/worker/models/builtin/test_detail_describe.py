@@ -1,0 +1,127 @@
+"""The rules that name materials, and what a level inherits from its parent."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of
+from wzviewer.worker.models.builtin.detail.describe import (
+    classified,
+    colour_word,
+    cropped_labels,
+    described,
+    inherited,
+)
+from wzviewer.worker.models.builtin.detail.materials import MATERIALS, WORDS, closer, material_of_words
+
+PLAIN = Region(0.5, 50, 0, 0, 0.3, 0.5, 0.8, 0.5, 0.5, 0.0)
+
+
+def named(**changes):
+    return classified((dataclasses.replace(PLAIN, **changes),))[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"lightness": 70, "blue_yellow": -20, "centre_y": 0.2, "at_top": 0.8}, "sky"),
+        ({"green_red": -15, "blue_yellow": 20, "fine": 9, "middle": 10, "wide": 10}, "foliage"),
+        ({"green_red": -15, "blue_yellow": 20, "fine": 1.2, "middle": 2, "wide": 4}, "venation"),
+        ({"green_red": 40, "blue_yellow": 40, "fine": 0.9, "middle": 2}, "venation"),
+        ({"green_red": 40, "blue_yellow": 40, "fine": 0.3}, "smooth"),
+        ({"fine": 10, "middle": 11, "wide": 12, "coherence": 0.35}, "rock"),
+        ({"green_red": 14, "blue_yellow": 26, "fine": 3, "middle": 5, "wide": 6}, "fur"),
+        ({"green_red": 10, "blue_yellow": 25, "fine": 4, "middle": 5, "wide": 6, "coherence": 0.7}, "fibre"),
+        ({}, "smooth"),
+    ],
+)
+def test_rules(changes, name):
+    assert named(**changes) == name
+
+
+def test_defocus_of_a_leaf_gets_no_leaves():
+    assert named(green_red=-14, blue_yellow=24, fine=0.38, middle=0.5, wide=0.9) == "smooth"
+
+
+def test_two_halves_are_two_regions_and_the_words_say_so():
+    rng = np.random.default_rng(0)
+    image = np.zeros((96, 128, 3), np.float32)
+    image[:48] = (0.55, 0.7, 0.95)
+    image[48:] = np.float32([0.3, 0.5, 0.15]) * rng.uniform(0.5, 1.4, (48, 128, 1))
+    context = described(image.clip(0, 1))
+    assert context.labels.shape == (96, 128)
+    assert context.labels[5, 60] != context.labels[90, 60]
+    assert context.materials[context.labels[5, 60]] == "sky"
+    assert context.materials[context.labels[90, 60]] == "foliage"
+    assert "smooth sky" in context.words
+    assert "leaves" in context.words
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (5, 8), (8, 5), (63, 64)])
+def test_any_size_can_be_described(shape):
+    labels, regions = regions_of(np.random.default_rng(0).random((*shape, 3), np.float32))
+    assert labels.shape == shape
+    assert labels.max() < len(regions)
+    assert sum(region.share for region in regions) == pytest.approx(1, abs=1e-6)
+
+
+def test_description_is_deterministic():
+    image = np.random.default_rng(0).random((90, 136, 3), np.float32)
+    first, second = described(image), described(image)
+    assert np.array_equal(first.labels, second.labels)
+    assert first.materials == second.materials
+
+
+def test_inherited_materials_are_what_the_parents_were_made_of():
+    image = np.full((16, 24, 3), 0.5, np.float32)
+    parent = described(image)
+    labels = np.zeros((16, 24), np.uint8)
+    labels[:, 12:] = 1
+    context = inherited(image, parent, labels, ("foliage", "sky"))
+    assert context.materials == ("venation", "sky")
+    assert context.level == 1
+
+
+def test_a_close_up_of_unknown_origin_takes_the_material_of_its_colour():
+    green, parent = np.full((16, 24, 3), (0.2, 0.6, 0.1), np.float32), None
+    parent = described(np.concatenate([green, np.full_like(green, 0.9)], 1))
+    parent = dataclasses.replace(
+        parent, materials=tuple("foliage" if r.green_red < -20 else "rock" for r in parent.regions)
+    )
+    assert set(described(green, parent).materials) == {"venation"}
+
+
+def test_cropped_labels_show_the_region():
+    context = described(np.random.default_rng(0).random((40, 80, 3), np.float32))
+    context = dataclasses.replace(context, labels=np.arange(3200).reshape(40, 80).astype(np.uint8))
+    assert np.array_equal(
+        cropped_labels(context, (0.25, 0.5, 0.5, 0.75), 20, 10), context.labels[20:30, 20:40]
+    )
+    assert np.array_equal(
+        cropped_labels(context, (0.25, 0.5, 0.5, 0.75), 40, 20)[::2, ::2], context.labels[20:30, 20:40]
+    )
+    assert cropped_labels(context, (-0.5, -0.5, 1.5, 1.5), 7, 5).shape == (
+        5,
+        7,
+    )  # beyond the border: repeated
+
+
+def test_every_material_leads_to_a_material():
+    names = tuple(MATERIALS)
+    for _ in range(12):
+        names = closer(names)
+        assert set(names) <= set(MATERIALS)
+
+
+def test_every_word_names_a_material():
+    assert set(WORDS.values()) <= set(MATERIALS)
+    assert material_of_words("old Wood, please") is MATERIALS["fibre"]
+    assert material_of_words("nothing of the kind") is None
+
+
+def test_colour_words():
+    assert colour_word(dataclasses.replace(PLAIN, lightness=5)) == "black"
+    assert colour_word(dataclasses.replace(PLAIN, lightness=90)) == "white"
+    assert colour_word(dataclasses.replace(PLAIN, green_red=-40, blue_yellow=40)) == "green"
+    assert colour_word(dataclasses.replace(PLAIN, blue_yellow=-40)) == "blue"

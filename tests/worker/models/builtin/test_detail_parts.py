@@ -1,0 +1,182 @@
+"""The parts of the detail synthesis: sharpening, consistency, amplitude, tiles and grain."""
+
+import cv2
+import numpy as np
+import pytest
+
+from wzviewer.worker.models.builtin.detail.amplitude import lawful_sigma, tone_damping
+from wzviewer.worker.models.builtin.detail.consistency import consistency_db, projected, psnr_db
+from wzviewer.worker.models.builtin.detail.crisp import crisp_base
+from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
+from wzviewer.worker.models.builtin.detail.library import TILE_PX, TileLibrary
+from wzviewer.worker.models.builtin.detail.measures import area_down, dense_rms, local_rms, over_rows
+from wzviewer.worker.models.builtin.detail.noise import cellular, fractal
+from wzviewer.worker.models.builtin.detail.texture import layout, tile_texture
+from wzviewer.worker.models.builtin.detail.tiles import TILE_MAKERS
+
+
+def photo_like(rows=24, columns=36, seed=0):
+    rng = np.random.default_rng(seed)
+    coarse = cv2.resize(rng.uniform(30, 220, (6, 9, 3)).astype(np.float32), (columns, rows))
+    return np.clip(coarse + rng.normal(0, 6, (rows, columns, 1)), 0, 255).astype(np.float32)
+
+
+def test_the_crisp_base_never_leaves_the_range_of_its_neighbourhood():
+    image = photo_like()
+    large = crisp_base(image, 3)
+    assert large.shape == (192, 288, 3)
+    box = np.ones((5, 5), np.uint8)
+    lowest = cv2.resize(cv2.erode(image, box), (288, 192), interpolation=cv2.INTER_NEAREST)
+    highest = cv2.resize(cv2.dilate(image, box), (288, 192), interpolation=cv2.INTER_NEAREST)
+    assert (large >= lowest - 1e-3).all()
+    assert (large <= highest + 1e-3).all()
+
+
+def test_the_crisp_base_keeps_a_constant_picture():
+    flat = np.full((7, 9, 3), 90, np.float32)
+    assert np.abs(crisp_base(flat, 3) - 90).max() < 1e-3
+
+
+@pytest.mark.parametrize("factor", [2, 4, 8])
+def test_projection_reaches_the_observation_from_anywhere(factor):
+    rng = np.random.default_rng(0)
+    observation = (rng.random((9, 13, 3)) > 0.5).astype(np.float32) * 255
+    start = rng.uniform(0, 255, (9 * factor, 13 * factor, 3)).astype(np.float32)
+    result = projected(start, observation)
+    assert consistency_db(result, observation) >= 40.1
+    assert result.min() >= 0
+    assert result.max() <= 255
+
+
+def test_projection_leaves_a_consistent_picture_alone():
+    image = np.repeat(np.repeat(photo_like(), 4, 0), 4, 1)
+    assert np.array_equal(projected(image, area_down(image, 36, 24)), image)
+
+
+def test_psnr_of_a_known_error():
+    assert psnr_db(np.zeros(4, np.float32), np.full(4, 25.5, np.float32)) == pytest.approx(20)
+
+
+def test_dense_rms_is_the_rms_of_noise_and_far_below_it_for_a_lone_line():
+    rng = np.random.default_rng(0)
+    noise = rng.normal(0, 5, (128, 128)).astype(np.float32)
+    assert dense_rms(noise, 6.0)[32:96, 32:96].mean() == pytest.approx(5, rel=0.06)  # measured 4.9
+    line = np.zeros((128, 128), np.float32)
+    line[:, 64] = 80
+    ratio = dense_rms(line, 6.0)[64, 64] / local_rms(line, 6.0)[64, 64]
+    assert ratio < 0.4  # measured 0.3
+
+
+def test_the_law_gives_texture_to_texture_and_none_to_flatness_or_letters():
+    rng = np.random.default_rng(0)
+    rough = rng.normal(128, 12, (64, 96)).astype(np.float32)
+    flat = np.full((64, 96), 128, np.float32)
+    letters = flat.copy()
+    letters[20:44, 48:51] = 10
+    assert lawful_sigma(rough).mean() > 5
+    assert lawful_sigma(flat).max() < 0.5
+    assert lawful_sigma(letters).max() < 0.8  # measured 0.52: one stroke, however strong, is no texture
+
+
+def test_tone_damping_spares_black_and_white():
+    damping = tone_damping(np.float32([[0, 60, 128, 255]]))
+    assert damping[0].tolist() == pytest.approx([0.25, 1, 1, 0.2])
+
+
+@pytest.mark.parametrize("name", sorted(TILE_MAKERS))
+def test_tiles_are_normalized_and_seamless(name):
+    tile = TILE_MAKERS[name](192, np.random.default_rng(0))
+    assert tile.shape == (192, 192)
+    assert tile.mean() == pytest.approx(0, abs=1e-3)
+    assert tile.std() == pytest.approx(1, abs=1e-3)
+    seam = np.abs(tile[:, 0] - tile[:, -1]).mean() + np.abs(tile[0] - tile[-1]).mean()
+    inside = np.median(np.abs(np.diff(tile, axis=1)).mean(0)) + np.median(
+        np.abs(np.diff(tile, axis=0)).mean(1)
+    )
+    assert seam < 2.0 * inside  # measured 0.7 to 1.6 (scales: rows end there)
+
+
+def test_cellular_matches_brute_force():
+    first, second, index = cellular(48, 4, np.random.default_rng(5))
+    points = np.random.default_rng(5).uniform(0.08, 0.92, (4, 4, 2)).astype(np.float32)
+    centres = (points + np.stack(np.meshgrid(range(4), range(4)), 2)) * 12
+    y, x = np.mgrid[0:48, 0:48]
+    gap = np.abs(np.stack([x, y], 2)[:, :, None] - centres.reshape(1, 1, 16, 2))
+    distance = np.sort(np.hypot(*np.moveaxis(np.minimum(gap, 48 - gap), 3, 0)), 2)
+    assert np.abs(first - distance[..., 0]).max() < 1e-3
+    assert (
+        np.abs(second - distance[..., 1]) > 1e-3
+    ).mean() < 0.02  # 3x3 cells miss a far second now and then
+    assert index.max() == 15
+
+
+def test_fractal_noise_has_the_slope_it_was_asked_for():
+    field = fractal(256, 1.5, np.random.default_rng(0))
+    power = np.abs(np.fft.rfft2(field)) ** 2
+    radius = np.hypot(np.fft.fftfreq(256, 1 / 256)[:, None], np.fft.rfftfreq(256, 1 / 256)[None])
+    bands = [power[(radius > r) & (radius < 1.3 * r)].mean() for r in (10, 40)]
+    assert np.log(bands[1] / bands[0]) / np.log(4) == pytest.approx(-3, abs=0.3)
+
+
+def test_strands_follow_the_picture():
+    y, x = np.mgrid[0:40, 0:60].astype(np.float32)
+    stripes = 128 + 40 * np.sin((x - y) * 0.9)  # lines of equal value run along (1, 1)
+    direction = voted_direction(stripes, 480, 320)
+    assert np.abs(direction[0] - direction[1])[10:-10, 10:-10].max() < 0.1
+    mask = np.ones((320, 480), bool)
+    strands = grain_texture(GRAINS["fibre"], direction, mask, np.random.default_rng(0))[40:-40, 40:-40]
+    along = np.mean((strands[6:, 6:] - strands[:-6, :-6]) ** 2)
+    across = np.mean((strands[6:, :-6] - strands[:-6, 6:]) ** 2)
+    assert across > 1.5 * along  # measured 2.6
+
+
+def test_strands_do_not_depend_on_the_number_of_threads(monkeypatch):
+    direction = voted_direction(photo_like()[..., 0], 288, 256)
+    mask = np.ones((256, 288), bool)
+    results = []
+    for cores in (1, 3):
+        monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
+        results.append(grain_texture(GRAINS["fur"], direction, mask, np.random.default_rng(0)))
+    assert np.array_equal(results[0], results[1])
+
+
+def test_over_rows_covers_every_row_once(monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 4)
+    seen = np.zeros(1001, int)
+    over_rows(lambda a, b: np.add.at(seen, np.arange(a, b), 1), 1001)
+    assert (seen == 1).all()
+
+
+def test_the_layout_follows_the_contour_not_the_coarse_grid():
+    guide = np.full((160, 240, 3), 40, np.float32)
+    guide[:, 117:] = 210  # off the grid of 8 px
+    labels = np.zeros((20, 30), np.uint8)
+    labels[:, 15:] = 3
+    place = layout(labels, guide)
+    assert set(np.unique(place.labels)) == {0, 3}
+    border = np.argmax(place.labels[80] == 3)
+    assert abs(int(border) - 117) <= 4  # the coarse labels alone say 120
+    assert np.abs(sum(place.shares.values()) - 1).max() < 1e-5
+
+
+def test_tiles_are_kept_and_a_broken_file_is_made_again(tmp_path):
+    made = TileLibrary(tmp_path).tile("weave")
+    assert made.shape == (TILE_PX, TILE_PX)
+    (file,) = tmp_path.iterdir()
+    assert np.array_equal(TileLibrary(tmp_path).tile("weave"), made)
+    file.write_bytes(b"broken")
+    assert np.array_equal(TileLibrary(tmp_path).tile("weave"), made)
+
+
+def test_a_folder_that_cannot_be_written_is_no_error(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    assert TileLibrary(blocked / "tiles").tile("scales").dtype == np.int8
+
+
+def test_a_preview_samples_the_same_texture():
+    wave = 90 * np.sin(np.arange(TILE_PX) * 2 * np.pi / 64)
+    tile = np.tile(wave.astype(np.int8), (TILE_PX, 1))
+    full = tile_texture(tile, "plaster", 96, 64, np.random.default_rng(2))
+    half = tile_texture(tile, "plaster", 48, 32, np.random.default_rng(2), stride=2)
+    assert np.abs(full[::2, ::2] - half).mean() < 0.05

@@ -1,0 +1,218 @@
+"""The super-resolver and describer as a whole: the promises that a level rests on."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from wzviewer.worker.models.builtin.detail.consistency import consistency_db
+from wzviewer.worker.models.builtin.detail.library import TileLibrary
+from wzviewer.worker.models.builtin.detail.materials import MATERIALS
+from wzviewer.worker.models.builtin.detail.synthesizer import DetailSynthesizer
+
+WHOLE = (0.0, 0.0, 1.0, 1.0)
+WIDTH, HEIGHT = 272, 184
+COLUMNS, ROWS = WIDTH // 8, HEIGHT // 8
+
+
+@pytest.fixture(scope="module")
+def synthesizer(tmp_path_factory):
+    return DetailSynthesizer(seed=1, library=TileLibrary(tmp_path_factory.mktemp("tiles")))
+
+
+def upscaled(synthesizer, observation, width=WIDTH, height=HEIGHT, level=1, **options):
+    context = synthesizer.describe(observation, None)
+    return synthesizer.upscale(observation, width, height, context, WHOLE, level, 7, **options)
+
+
+def meadow(rows=ROWS, columns=COLUMNS):
+    """Green, rough and without a direction: every rule says leaves."""
+    rng = np.random.default_rng(3)
+    tone = cv2.GaussianBlur(rng.normal(0, 0.16, (rows, columns)).astype(np.float32), (0, 0), 0.6)
+    return np.clip(np.float32([0.3, 0.46, 0.14]) * (1 + 1.6 * tone[..., None]), 0, 1).astype(np.float32)
+
+
+def gradient_sky():
+    rise = np.linspace(0, 1, ROWS, dtype=np.float32)[:, None, None]
+    return np.float32([0.45, 0.62, 0.9]) * (1 - 0.25 * rise) + np.zeros((ROWS, COLUMNS, 3), np.float32)
+
+
+def step_edge():
+    image = np.full((ROWS, COLUMNS, 3), 0.25, np.float32)
+    image[:, COLUMNS // 2 :] = 0.75
+    return image
+
+
+def nasty(kind):
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[0:ROWS, 0:COLUMNS]
+    board = ((x + y) % 2).astype(np.float32)
+    return {
+        "noise": rng.random((ROWS, COLUMNS, 3), np.float32),
+        "binary noise": (rng.random((ROWS, COLUMNS, 3)) > 0.5).astype(np.float32),
+        "black": np.zeros((ROWS, COLUMNS, 3), np.float32),
+        "white": np.ones((ROWS, COLUMNS, 3), np.float32),
+        "checkerboard": np.repeat(board[..., None], 3, 2),
+        "saturated": np.stack([board, 1 - board, np.ones_like(board)], 2),
+        "nearly white": np.float32(0.99) - 0.3 * np.repeat(board[..., None], 3, 2).astype(np.float32),
+    }[kind]
+
+
+def fine_rms(image):
+    grey = image.mean(2)
+    return 255 * float((grey - cv2.GaussianBlur(grey, (0, 0), 1.0))[16:-16, 16:-16].std())
+
+
+@pytest.mark.parametrize(
+    "kind", ["noise", "binary noise", "black", "white", "checkerboard", "saturated", "nearly white"]
+)
+@pytest.mark.parametrize("level", [1, 3])
+def test_shrunk_it_is_the_observation_whatever_that_is(synthesizer, kind, level):
+    observation = nasty(kind)
+    detail = upscaled(synthesizer, observation, level=level)
+    assert consistency_db(detail.image, observation, peak=1.0) >= 40  # measured 40.4 (noise) to 120
+    assert detail.consistency_db >= 40
+    assert detail.image.min() >= 0
+    assert detail.image.max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "width", "height"),
+    [(8, 5, 64, 40), (5, 8, 40, 64), (17, 23, 68, 92), (17, 11, 272, 176), (1, 1, 8, 8), (2, 3, 16, 24)],
+)
+def test_small_and_odd_sizes_keep_the_promise(synthesizer, columns, rows, width, height):
+    observation = meadow(rows, columns)
+    detail = upscaled(synthesizer, observation, width, height)
+    assert detail.image.shape == (height, width, 3)
+    assert detail.relief_texture.shape == detail.labels.shape == (height, width)
+    assert consistency_db(detail.image, observation, peak=1.0) >= 40
+
+
+@pytest.mark.parametrize(("width", "height"), [(150, 101), (250, 170), (330, 223)])
+def test_broken_factors_keep_the_promise_on_a_photograph(synthesizer, width, height):
+    observation = meadow()
+    detail = upscaled(synthesizer, observation, width, height)
+    assert detail.image.shape == (height, width, 3)
+    assert consistency_db(detail.image, observation, peak=1.0) >= 40  # measured 43.8 at the least
+
+
+def test_same_seed_same_bytes_other_seed_other_bytes(synthesizer, tmp_path):
+    observation = meadow()
+    context = synthesizer.describe(observation, None)
+    other = DetailSynthesizer(seed=1, library=TileLibrary(tmp_path))  # makes its tiles anew
+    images = [
+        who.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 1, seed).image
+        for who, seed in ((synthesizer, 7), (other, 7), (synthesizer, 8))
+    ]
+    assert np.array_equal(images[0], images[1])
+    assert not np.array_equal(images[0], images[2])
+
+
+def test_a_step_edge_rings_nowhere(synthesizer):
+    image = upscaled(synthesizer, step_edge()).image
+    near = image[16:-16, WIDTH // 2 - 24 : WIDTH // 2 + 24].mean(axis=(0, 2))
+    assert near.min() > 0.25 - 0.004  # measured 0.2500; bicubic reaches 0.198
+    assert near.max() < 0.75 + 0.004  # measured 0.7501; bicubic reaches 0.802
+    bicubic = cv2.resize(step_edge(), (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)[64].mean(1)
+    steepest = np.abs(np.diff(image[64].mean(1))).max()
+    assert steepest > 3 * np.abs(np.diff(bicubic)).max()  # measured 5.2
+
+
+def test_a_smooth_sky_stays_smooth_for_four_levels(synthesizer):
+    observation = gradient_sky()
+    context = synthesizer.describe(observation, None)
+    for level in range(1, 5):
+        detail = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, level, 7)
+        assert fine_rms(detail.image) < 0.3  # grey levels of 255; measured 0.04 to 0.16
+        context = synthesizer.describe(detail.image, context, detail)
+        assert set(context.materials) == {"sky"}
+        observation = detail.image[:ROWS, :COLUMNS]
+
+
+def test_rough_material_becomes_richer_than_bicubic_and_stays_so(synthesizer):
+    observation = meadow()
+    context = synthesizer.describe(observation, None)
+    bicubic = cv2.resize(observation, (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)
+    assert "foliage" in context.materials
+    for level in range(1, 5):
+        detail = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, level, 7)
+        if level == 1:
+            assert fine_rms(detail.image) > 8 * fine_rms(bicubic)  # measured 20
+        assert 1.2 < fine_rms(detail.image) < 12  # neither mush nor noise; measured 5.4, 3.1, 2.4, 2.1
+        context = synthesizer.describe(detail.image, context, detail)
+        observation = detail.image[80 : 80 + ROWS, 100 : 100 + COLUMNS]
+
+
+def test_the_mean_colour_does_not_drift(synthesizer):
+    observation = meadow()
+    image = upscaled(synthesizer, observation).image
+    drift = 255 * np.abs(image.mean((0, 1)) - observation.mean((0, 1)))
+    assert drift.max() < 0.1  # grey levels; measured 0.002
+
+
+def test_flat_letters_are_not_covered_with_texture(synthesizer):
+    page = np.full((ROWS, COLUMNS, 3), 235, np.uint8)
+    cv2.putText(page, "wz", (2, 17), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (25, 25, 25), 1, cv2.LINE_AA)
+    image = upscaled(synthesizer, page.astype(np.float32) / 255).image
+    paper = image[8:32, :].mean(2)  # above the letters
+    assert 255 * paper.std() < 1.5  # measured 0.5
+
+
+def test_preview_agrees_with_the_final_picture_where_both_can_be_seen(synthesizer):
+    observation = meadow()
+    context = synthesizer.describe(observation, None)
+    quick = synthesizer.preview(observation, WIDTH, HEIGHT, context, WHOLE, 7, 1)
+    final = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 1, 7).image
+    assert quick.shape == final.shape
+    low = [cv2.resize(image, (COLUMNS, ROWS), interpolation=cv2.INTER_AREA) for image in (quick, final)]
+    assert 255 * float(np.sqrt(np.mean(np.square(low[0] - low[1])))) < 1.5  # measured 0.6
+    assert quick.min() >= 0
+    assert quick.max() <= 1
+
+
+def test_a_named_material_is_used_and_shows(synthesizer):
+    observation = np.full((ROWS, COLUMNS, 3), 0.5, np.float32)
+    plain = upscaled(synthesizer, observation)
+    cloth = upscaled(synthesizer, observation, material="a linen cloth")
+    assert cloth.names == ("weave",)
+    assert fine_rms(cloth.image) > 4 * fine_rms(plain.image)
+    assert upscaled(synthesizer, observation, material="xyzzy").names == plain.names
+
+
+def test_relief_is_signed_and_belongs_to_the_picture(synthesizer):
+    detail = upscaled(synthesizer, meadow())
+    assert abs(detail.relief_texture.mean()) < 0.1 * detail.relief_texture.std()
+    grey = detail.image.mean(2)
+    fine = grey - cv2.GaussianBlur(grey, (0, 0), 3.0)
+    assert np.corrcoef(fine.ravel(), detail.relief_texture.ravel())[0, 1] > 0.7  # measured 0.82
+
+
+def test_labels_index_known_materials(synthesizer):
+    detail = upscaled(synthesizer, meadow())
+    assert detail.labels.dtype == np.uint8
+    assert detail.labels.max() < len(detail.names)
+    assert set(detail.names) <= set(MATERIALS)
+
+
+def test_cancelling_ends_the_work(synthesizer):
+    def check():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        upscaled(synthesizer, meadow(), check=check)
+
+
+def test_bad_sizes_are_refused(synthesizer):
+    context = synthesizer.describe(meadow(), None)
+    with pytest.raises(ValueError, match="smaller than the observation"):
+        synthesizer.upscale(meadow(), 10, 10, context, WHOLE, 1, 0)
+    with pytest.raises(ValueError, match="not \\(h, w, 3\\)"):
+        synthesizer.upscale(meadow()[..., 0], WIDTH, HEIGHT, context, WHOLE, 1, 0)
+
+
+def test_undefined_pixels_do_not_spread(synthesizer):
+    observation = meadow()
+    observation[3, 3] = math.nan
+    context = synthesizer.describe(meadow(), None)
+    assert np.isfinite(synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 1, 0).image).all()

@@ -1,0 +1,136 @@
+"""The whole loop with the real worker, on a small picture."""
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from wzviewer.core.scene import Scene
+from wzviewer.worker.client import (
+    LevelDropped,
+    LevelFinished,
+    LevelPreviewed,
+    StageProgressed,
+    WorkerClient,
+    WorkerLost,
+    WorkerStarted,
+)
+
+START_LIMIT_S = 300.0  # a cold machine compiles every kernel here
+LEVEL_LIMIT_S = 300.0
+
+
+def photo():
+    """A small landscape: sky, ground, a box."""
+    rng = np.random.default_rng(3)
+    y = np.mgrid[0:112, 0:160][0]
+    image = np.where(y[..., None] < 45, [150, 180, 220], [90, 120, 60]).astype(float)
+    image[30:80, 60:95] = [170, 90, 60]
+    image += rng.normal(0, 6, image.shape) * (y[..., None] > 45)
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+def digest(level):
+    arrays = [*level.surfels.arrays().values(), level.image, level.relief]
+    return [a.tobytes() for a in arrays]
+
+
+class Session:
+    """A client with the scene that its finished levels make up."""
+
+    def __init__(self):
+        self.client = WorkerClient()
+        self.client.start()
+        self.wait_for(WorkerStarted, START_LIMIT_S)
+        self.scene = Scene()
+
+    def wait_for(self, kind, limit_s=LEVEL_LIMIT_S, when=lambda e: True):
+        deadline, seen = time.perf_counter() + limit_s, []
+        while time.perf_counter() < deadline:
+            for event in self.client.poll(0.02):
+                seen.append(event)
+                if isinstance(event, LevelFinished):
+                    self.scene.append(event.level)
+                    self.scene.commit(event.level.index)
+                if isinstance(event, kind) and when(event):
+                    self.seen = seen
+                    return event
+            self.client.channel_wait(0.02)
+        raise AssertionError(f"no {kind.__name__} among {[type(e).__name__ for e in seen]}")
+
+    def ask(self, prompt="", parent=0, seed=1):
+        camera = self.scene[parent].camera.zoomed_to_region(0.48, 0.5, 8.0)
+        return self.client.synthesize(parent, camera, prompt, seed)
+
+
+@pytest.fixture(scope="module")
+def session():
+    session = Session()
+    session.client.reconstruct(photo(), seed=5)
+    session.wait_for(LevelFinished)
+    yield session
+    session.client.close()
+
+
+def test_a_level_is_previewed_refined_and_finished(session):
+    before = digest(session.scene[0])
+    session.ask("a ladybug")
+    level = session.wait_for(LevelFinished).level
+    stages = [e.stage for e in session.seen if isinstance(e, StageProgressed)]
+    revisions = [e.revision for e in session.seen if isinstance(e, LevelPreviewed)]
+    assert sorted(set(stages)) == [1, 2, 3, 4, 5]
+    assert stages == sorted(stages)
+    assert revisions == [0, 1, 2]
+    assert digest(session.scene[0]) == before
+    assert (level.index, level.parent, level.prompt) == (1, 0, "a ladybug")
+    assert set(level.stages) >= {"new scale image", "depth registration", "optimisation"}
+    assert level.notes["placements"][0]["name"] == "ladybug"
+    assert level.notes["consistency_db"] >= 40.0
+    assert np.isfinite(level.relief).all()
+    assert len(level.surfels) >= 160 * 112
+
+
+@pytest.mark.parametrize("stage", [1, 2, 3, 4, 5])
+def test_a_worker_killed_in_any_stage_loses_no_finished_level(session, stage):
+    count, before = len(session.scene), [digest(level) for level in session.scene]
+    request_id = session.ask("a ladybug", seed=40 + stage)
+    session.wait_for(StageProgressed, when=lambda e: e.stage == stage)
+    os.kill(session.client.pid, signal.SIGKILL)
+    dropped = session.wait_for(LevelDropped)
+    assert dropped.request_id == request_id
+    assert "signal 9" in dropped.why
+    assert any(isinstance(e, WorkerLost) for e in [*session.seen, *session.client.poll(0.0)])
+    assert [digest(level) for level in session.scene] == before
+    session.wait_for(WorkerStarted)
+    assert len(session.scene) == count
+
+
+def test_after_a_restart_levels_are_replayed_and_the_same_seed_gives_the_same_bytes(session):
+    session.ask(seed=77)
+    first = session.wait_for(LevelFinished).level
+    os.kill(session.client.pid, signal.SIGKILL)
+    session.wait_for(WorkerStarted)
+    session.ask(seed=77)
+    assert digest(session.wait_for(LevelFinished).level) == digest(first)
+
+
+@pytest.mark.parametrize("stage", [1, 2, 4, 5])
+def test_a_cancel_is_answered_within_a_second(session, stage):
+    session.ask("a ladybug", seed=60 + stage)
+    session.wait_for(StageProgressed, when=lambda e: e.stage == stage)
+    start_s = time.perf_counter()
+    session.client.cancel()
+    dropped = session.wait_for(LevelDropped)
+    assert dropped.cancelled
+    assert time.perf_counter() - start_s < 1.0  # grace 0.7 s, then the process is replaced
+    if not session.client.ready:
+        session.wait_for(WorkerStarted)
+
+
+def test_a_prompt_that_is_not_understood_is_refused_with_the_known_words(session):
+    session.ask("a zeppelin made of soup")
+    dropped = session.wait_for(LevelDropped)
+    assert dropped.bad_input
+    assert "ladybug" in dropped.hint

@@ -1,0 +1,86 @@
+"""A level in the making, as it passes from stage to stage of `synthesis`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from wzviewer.core.anchor import AnchoredView, LevelFrame
+from wzviewer.core.camera import Camera
+from wzviewer.core.opacity import Cover, Modulation, stored_coverage, weights
+from wzviewer.core.scene import Level
+from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.worker.rasterize import LevelPart
+
+FRAME_MARGIN_PX = 64.0  # surfels centred this far outside the image may still reach into it
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What is known of a level so far.
+
+    Attributes:
+        camera: C_i.
+        frame: its local frame.
+        path: the levels from the root to the parent; empty for E_0.
+        image: I_i, (h, w, 3) float32 in [0, 1].
+        relief: D_i in native pixels about the anchor, (h, w) float32; nan where undefined.
+        sky: (h, w) bool.
+        layers: background layers of stage 4.
+        context: S, the description that guided stage 1, in the super-resolver's own type.
+        extra: intermediate results that a later stage needs, by name.
+        notes: JSON-able facts kept with the level.
+    """
+
+    camera: Camera
+    frame: LevelFrame
+    path: Sequence[Level]
+    image: FloatArray
+    relief: FloatArray
+    sky: BoolArray
+    layers: tuple[Any, ...] = ()
+    context: Any = None
+    extra: dict[str, Any] = field(default_factory=dict)
+    notes: dict[str, Any] = field(default_factory=dict)
+
+
+def path_modulation(path: Sequence[Level], position: int) -> Modulation:
+    """Eq. 3 along a chain of levels: the parent before, the child after."""
+    level = path[position]
+    parent_rows = None
+    if position > 0:
+        parent_rows = AnchoredView.expand(path[position - 1].camera, level.frame).rows[2]
+    covers = ()
+    if position + 1 < len(path):
+        covers = (Cover.expand(path[position + 1].camera, level.camera, level.frame),)
+    return Modulation(parent_rows, covers)
+
+
+def visible_parts(path: Sequence[Level], camera: Camera) -> list[LevelPart]:
+    """The surfels of a chain that a camera sees, with their Eq. 3 weights."""
+    parts = (_visible_part(path, position, camera) for position in range(len(path)))
+    return [part for part in parts if len(part.surfels)]
+
+
+def _visible_part(path: Sequence[Level], position: int, camera: Camera) -> LevelPart:
+    level = path[position]
+    view = AnchoredView.expand(camera, level.frame)
+    means = level.surfels.means
+    with np.errstate(all="ignore"):
+        points_px = view.project(means)
+        low, high = -FRAME_MARGIN_PX, FRAME_MARGIN_PX + np.float32([camera.width, camera.height])
+        index = np.flatnonzero(np.all((points_px > low) & (points_px < high), axis=1))
+    surfels = level.surfels.take(index)
+    modulation = path_modulation(path, position)
+    weight = weights(surfels.means, surfels.native_scales, surfels.coverage, view, modulation)
+    keep = weight > 1.0 / 512.0
+    frame = level.frame
+    return LevelPart(surfels.take(keep), frame.origin, frame.axes, frame.unit, weight[keep])
+
+
+def coverage_of(path: Sequence[Level], camera: Camera, frame: LevelFrame, means: FloatArray) -> FloatArray:
+    """Product of m of a new level and its ancestors at its surfels, (n,); 1 for the root."""
+    if not path:
+        return np.ones(len(means), np.float32)
+    return stored_coverage(means, frame, [*(level.camera for level in path[1:]), camera])

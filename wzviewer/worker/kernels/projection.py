@@ -1,0 +1,140 @@
+"""Surfels to screen: centre, conic and extent (the perspective expanded about the anchor).
+
+Row i of ``projected`` (n, 8) float32::
+
+    0 1    centre, px
+    2 3 4  conic K = (U U^T + 0.02 I)^-1 in units of log2: alpha = o 2^-(a dx^2 + b dx dy + c dy^2)
+    5      opacity o
+    6 7    half extents of alpha >= 1/255, px; negative when the surfel is culled
+
+with U = W [s1 t1, s2 t2], t1 and t2 the first columns of R(q), and W = d p_px / d u exact at the centre.
+"""
+
+import numba
+import numpy as np
+
+from wzviewer.core.types import DoubleArray, FloatArray
+from wzviewer.worker.kernels.elementary import BLOCK, CUT, LOG2_E, LOW_PASS, ONE, SAFE_FLAGS, TWO, ZERO, log2
+
+CULLED = np.float32(-1e6)
+VIEW_SIZE = 16  # gx gy g of `AnchoredView` with their constants (12), camera z axis (3), sign of a.z
+
+_DEPTH_FLOOR = np.float32(1e-6)  # of D(u), as in `AnchoredView`
+_FOOTPRINT_MAX = np.float32(1e9)  # px; its square still fits float32
+_CENTRE_MAX = np.float32(1e8)  # px
+_MARGIN = np.float32(0.01)  # the cut decides, never the box
+_TWO_LN_2 = np.float32(2.0 * np.log(2.0))
+_HALF_LOG2_E = np.float32(0.5) * LOG2_E
+
+
+def view_vector(rows: DoubleArray, z_axis: DoubleArray, depth: float) -> FloatArray:
+    """Packs an `AnchoredView` into (16,) float32 for the kernels.
+
+    Args:
+        rows: (3, 4) float64, ``AnchoredView.rows``.
+        z_axis: (3,) float64.
+        depth: of the anchor; only its sign is used.
+    """
+    view = np.empty(VIEW_SIZE, np.float32)
+    view[:12] = rows.ravel()
+    view[12:15] = z_axis
+    view[15] = np.copysign(1.0, depth)
+    return view
+
+
+@numba.njit(fastmath=SAFE_FLAGS)
+def tangents(quats: FloatArray, i: int) -> tuple[np.float32, ...]:
+    """Returns the first two columns of R(q / |q|)."""
+    w, x, y, z = quats[i, 0], quats[i, 1], quats[i, 2], quats[i, 3]
+    k = TWO / max(w * w + x * x + y * y + z * z, np.float32(1e-30))
+    return (
+        ONE - k * (y * y + z * z),
+        k * (x * y + w * z),
+        k * (x * z - w * y),
+        k * (x * y - w * z),
+        ONE - k * (x * x + z * z),
+        k * (y * z + w * x),
+    )
+
+
+@numba.njit(fastmath=SAFE_FLAGS)
+def jacobian(means: FloatArray, view: FloatArray, i: int) -> tuple[np.float32, ...]:
+    """Returns the centre (x, y), D with the sign of the depth, and W = d p_px / d u row by row."""
+    u0, u1, u2 = means[i, 0], means[i, 1], means[i, 2]
+    D = ONE + view[8] * u0 + view[9] * u1 + view[10] * u2
+    front = D * view[15]
+    k = ONE / (D if front > _DEPTH_FLOOR else ONE)
+    x = k * (view[0] * u0 + view[1] * u1 + view[2] * u2)
+    y = k * (view[4] * u0 + view[5] * u1 + view[6] * u2)
+    return (
+        x + view[3],
+        y + view[7],
+        front,
+        k * (view[0] - x * view[8]),
+        k * (view[1] - x * view[9]),
+        k * (view[2] - x * view[10]),
+        k * (view[4] - y * view[8]),
+        k * (view[5] - y * view[9]),
+        k * (view[6] - y * view[10]),
+    )
+
+
+@numba.njit(cache=True, nogil=True, parallel=True, fastmath=SAFE_FLAGS, error_model="numpy")
+def project(
+    means: FloatArray,
+    quats: FloatArray,
+    scales: FloatArray,
+    opacities: FloatArray,
+    view: FloatArray,
+    width: int,
+    height: int,
+    half_height_max: float,
+    projected: FloatArray,
+    depths: FloatArray,
+) -> None:
+    """Fills ``projected`` (n, 8) and ``depths`` (n,): camera z from the anchor, native pixels.
+
+    Args:
+        means: (n, 3) local positions.
+        quats: (n, 4) wxyz, any length.
+        scales: (n, 2) local units.
+        opacities: (n,).
+        view: (16,) from `view_vector`.
+        width: image width, px.
+        height: image height, px.
+        half_height_max: limit of the half extent in y, px.
+        projected: (n, 8) float32, written; see the module docstring.
+        depths: (n,) float32, written.
+    """
+    w_px, h_px, reach_max = np.float32(width), np.float32(height), np.float32(half_height_max)
+    n = means.shape[0]
+    for block in numba.prange((n + BLOCK - 1) // BLOCK):
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, n)):
+            x, y, front, w00, w01, w02, w10, w11, w12 = jacobian(means, view, i)
+            a0, a1, a2, b0, b1, b2 = tangents(quats, i)
+            s1, s2, o = scales[i, 0], scales[i, 1], opacities[i]
+            px = s1 * (w00 * a0 + w01 * a1 + w02 * a2)
+            py = s1 * (w10 * a0 + w11 * a1 + w12 * a2)
+            qx = s2 * (w00 * b0 + w01 * b1 + w02 * b2)
+            qy = s2 * (w10 * b0 + w11 * b1 + w12 * b2)
+            xx, xy, yy = px * px + qx * qx + LOW_PASS, px * py + qx * qy, py * py + qy * qy + LOW_PASS
+            # det(U U^T + l I) without the cancellation of xx yy - xy^2
+            cross = px * qy - py * qx
+            det = cross * cross + LOW_PASS * (xx + yy - LOW_PASS)
+            reach = _TWO_LN_2 * log2(max(o / CUT, ONE))
+            hx = np.sqrt(reach * xx) + _MARGIN
+            hy = min(np.sqrt(reach * yy) + _MARGIN, reach_max)
+            big = max(max(abs(px), abs(py)), max(abs(qx), abs(qy)))
+            seen = (front > _DEPTH_FLOOR) & (o > CUT) & (big < _FOOTPRINT_MAX)
+            seen &= (abs(x) < _CENTRE_MAX) & (abs(y) < _CENTRE_MAX)
+            seen &= (x + hx > ZERO) & (x - hx < w_px) & (y + hy > ZERO) & (y - hy < h_px)
+            k = (_HALF_LOG2_E if seen else ZERO) / (det if seen else ONE)
+            projected[i, 0] = x if seen else CULLED
+            projected[i, 1] = y if seen else CULLED
+            projected[i, 2] = k * yy if seen else ZERO
+            projected[i, 3] = -TWO * k * xy if seen else ZERO
+            projected[i, 4] = k * xx if seen else ZERO
+            projected[i, 5] = o if seen else ZERO
+            projected[i, 6] = hx if seen else CULLED
+            projected[i, 7] = hy if seen else CULLED
+            depths[i] = view[12] * means[i, 0] + view[13] * means[i, 1] + view[14] * means[i, 2]

@@ -1,0 +1,15 @@
+"""Detail from nothing but the picture: the built-in super-resolver and describer (Sec. 3.2, U and S).
+
+::
+
+    image ──► describe ──► Context (label map, materials, words)
+                              │
+    observation L ─┬─► crisp ─┼─► contours, sharp, no halos ─┐
+                   │          ▼                              ▼
+                   ├─► texture (tiles, flow) ─► amplitude ─► sum ─► consistency ─► Detail
+                   │     what a material      how strong            shrunk, it
+                   │     looks like closer    it may be             is L again
+                   └──────────────────────────────────────────────────▲
+
+It invents material, never objects, letters or faces.
+"""

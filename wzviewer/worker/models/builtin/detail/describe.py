@@ -1,0 +1,183 @@
+"""What is in the picture: S of Algorithm 1, line 11.  Colour, roughness and direction name a material.
+
+The rules are those of a person with poor sight: green and rough are leaves, blue and even at the top is sky.
+They know ten regions of a look, not things; a prompt word overrides them.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wzviewer.core.types import ByteArray, FloatArray
+from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
+from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
+
+
+@dataclass(frozen=True)
+class Context:
+    """The description of one level's image, inherited by all that is seen inside it.
+
+    Attributes:
+        labels: ``(h, w)`` u8, index into `materials`.
+        materials: per label, the name of the material that an enlargement of it shows.
+        regions: per label, its statistics.
+        words: the same for a person: "green leaves, grey rock, smooth sky".
+        level: of the image that is described.
+    """
+
+    labels: ByteArray
+    materials: tuple[str, ...]
+    regions: tuple[Region, ...]
+    words: str
+    level: int = 0
+
+
+def described(image: FloatArray, parent: Context | None = None) -> Context:
+    """Returns the context of an image of which only the pixels are known.
+
+    Args:
+        image: ``(h, w, 3)`` in 0..1.
+        parent: context of the level that it lies inside; its regions then take the parent's materials by
+            likeness of colour, because a close-up of a leaf does not look like a tree.
+    """
+    labels, regions = regions_of(image)
+    if parent is None:
+        names, level = classified(regions), 0
+    else:
+        names, level = tuple(_heir(region, parent) for region in regions), parent.level + 1
+    return Context(labels, names, regions, words_for(regions, names), level)
+
+
+def inherited(image: FloatArray, parent: Context, labels: ByteArray, names: tuple[str, ...]) -> Context:
+    """Returns the context of an image made from known labels: materials become what they are made of."""
+    regions = statistics(image, labels, len(names))
+    return Context(labels, closer(names), regions, words_for(regions, names), parent.level + 1)
+
+
+def _heir(region: Region, parent: Context) -> str:
+    def distance(other: Region) -> float:
+        return math.dist(_lab(region), _lab(other)) - 4 * math.sqrt(other.share)
+
+    nearest = min(range(len(parent.regions)), key=lambda index: distance(parent.regions[index]))
+    return MATERIALS[parent.materials[nearest]].closer
+
+
+def _lab(region: Region) -> tuple[float, float, float]:
+    return 0.5 * region.lightness, region.green_red, region.blue_yellow
+
+
+def classified(regions: tuple[Region, ...]) -> tuple[str, ...]:
+    """Returns a material name per region of a photograph; some regions are known by their company."""
+    names = [_material_name(region) for region in regions]
+    skies = [region for region, name in zip(regions, names, strict=True) if name == "sky"]
+    fur = sum(region.share for region, name in zip(regions, names, strict=True) if name == "fur")
+    for index, region in enumerate(regions):
+        if names[index] == "smooth" and any(math.dist(_lab(region), _lab(sky)) < 12 for sky in skies):
+            names[index] = "sky"  # its lower end
+        if fur > 0.06 and names[index] in ("plaster", "rock") and 3 < region.fine + region.middle < 12:
+            names[index] = "fur"  # an animal: its white and its black
+    return tuple(names)
+
+
+def _material_name(region: Region) -> str:
+    chroma = math.hypot(region.green_red, region.blue_yellow)
+    hue = math.degrees(math.atan2(region.blue_yellow, region.green_red)) % 360
+    if region.fine < 1.7 and region.middle < 3.0:
+        return _even_material(region, chroma, hue)
+    return _rough_material(region, chroma, hue)
+
+
+def _even_material(region: Region, chroma: float, hue: float) -> str:
+    high_up = region.centre_y < 0.45 and (region.at_top > 0.12 or region.centre_y < 0.3)
+    if high_up and region.lightness > 40 and (chroma < 11 or 180 < hue < 315):
+        return "sky"
+    if region.fine < 0.6:
+        return "smooth"
+    if (chroma > 35 and (hue < 110 or hue > 350)) or (95 < hue < 170 and chroma > 12):
+        return "venation"
+    if 35 < hue < 85 and 18 < chroma < 50 and region.fine > 1.0:
+        return "skin"
+    return "plaster" if region.fine > 1.0 else "smooth"
+
+
+def _rough_material(region: Region, chroma: float, hue: float) -> str:
+    rough = region.fine + region.middle
+    spread = region.wide / (
+        region.fine + 0.1
+    )  # about 1 in dense texture, above 1.5 where objects make the contrast
+    if 95 < hue < 170 and chroma > 9:
+        return "foliage" if rough > 8 else "venation"
+    blue = 180 < hue < 310
+    if region.at_top > 0.25 and region.centre_y < 0.4 and region.lightness > 55 and (blue or chroma < 10):
+        return "sky"  # with clouds
+    if blue and chroma > 9:
+        return "ripple" if region.centre_y > 0.45 and rough < 7 else "rock" if rough > 10 else "plaster"
+    if chroma < 13:
+        return _grey_material(region, rough)
+    if chroma > 30 and 70 < hue < 112:
+        return "straw" if spread < 1.5 else "venation"
+    if chroma > 45:
+        return "venation"
+    return _brown_material(region, chroma, rough, spread)
+
+
+def _grey_material(region: Region, rough: float) -> str:
+    if region.lightness < 30 and region.green_red < -1.5:
+        return "foliage" if rough > 4 else "plaster"
+    return "rock" if rough > 10 else "plaster"
+
+
+def _brown_material(region: Region, chroma: float, rough: float, spread: float) -> str:
+    if rough > 17:
+        return "sand" if region.coherence < 0.5 and region.centre_y > 0.45 else "rock"
+    if region.coherence > 0.58:  # a grain, or the straight edges of something built
+        return "fibre" if chroma > 17 and spread < 2.3 else "plaster"
+    return "fur" if rough < 12 else "rock"
+
+
+def words_for(regions: tuple[Region, ...], names: tuple[str, ...]) -> str:
+    """Returns the description for a person, the largest first: colour, then the material's word."""
+    shares: dict[str, float] = {}
+    for region, name in zip(regions, names, strict=True):
+        word = MATERIALS[name].word
+        phrase = word if word.startswith("smooth sky") else f"{colour_word(region)} {word}"
+        shares[phrase] = shares.get(phrase, 0.0) + region.share
+    ranked = sorted(shares, key=lambda phrase: -shares[phrase])
+    return ", ".join(phrase for phrase in ranked[:5] if shares[phrase] > 0.03 or phrase == ranked[0])
+
+
+def colour_word(region: Region) -> str:
+    """Returns the plain English name of a region's mean colour."""
+    chroma = math.hypot(region.green_red, region.blue_yellow)
+    hue = math.degrees(math.atan2(region.blue_yellow, region.green_red)) % 360
+    if region.lightness < 12:
+        return "black"
+    if chroma < 9:
+        return "white" if region.lightness > 82 else "dark grey" if region.lightness < 35 else "grey"
+    if chroma < 40 and 30 < hue < 85:
+        return "beige" if region.lightness > 60 else "brown"
+    edges = ((25, "pink" if region.lightness > 60 else "red"), (48, "red"), (75, "orange"), (100, "yellow"))
+    named = (*edges, (175, "green"), (215, "turquoise"), (295, "blue"), (335, "violet"), (361, "red"))
+    name = next(word for edge, word in named if hue < edge)
+    return f"dark {name}" if region.lightness < 25 else name
+
+
+def cropped_labels(
+    context: Context, region: tuple[float, float, float, float], width: int, height: int
+) -> ByteArray:
+    """Returns the labels inside a region of the described image, ``(height, width)``, nearest.
+
+    Args:
+        context: of the image.
+        region: ``(x0, y0, x1, y1)`` as fractions of it; parts outside repeat the border.
+        width: of the result in px.
+        height: of the result in px.
+    """
+    rows, columns = context.labels.shape
+    x0, y0, x1, y1 = region
+    x = np.floor((x0 + (np.arange(width) + 0.5) / width * (x1 - x0)) * columns)
+    y = np.floor((y0 + (np.arange(height) + 0.5) / height * (y1 - y0)) * rows)
+    take_x = np.clip(x, 0, columns - 1).astype(np.intp)
+    take_y = np.clip(y, 0, rows - 1).astype(np.intp)
+    return context.labels[take_y[:, None], take_x[None]]

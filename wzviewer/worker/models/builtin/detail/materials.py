@@ -1,0 +1,129 @@
+"""The materials: what each is called, how rough it is, and what it is made of eight times closer.
+
+::
+
+    foliage ──► venation ──► cell ◄──► granule        fur ─┐
+                                                     bark ─┼─► fibre ↺
+    sand ──► rock ◄──► granite    skin ──► cell     straw ─┘
+    smooth ──► glaze ──► plaster ──► rock     sky ──► sky     weave ──► fibre
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wzviewer.core.types import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """One material.
+
+    Attributes:
+        name: its key; also the name of its tile (`tiles`) or grain (`flow`).
+        word: what a person calls it.
+        closer: name of what is seen after an enlargement by eight.
+        gain: factor on the amplitude law.
+        floor: least contrast of the new detail as a share of the luminance, at level 1.
+        deep_floor: the same at level 2 and deeper; keeps long zooms from turning into mush.
+        roughness_px: how far contours are displaced.
+    """
+
+    name: str
+    word: str
+    closer: str
+    gain: float
+    floor: float
+    deep_floor: float
+    roughness_px: float
+
+
+def _material(
+    name: str,
+    word: str,
+    closer: str,
+    gain: float = 1.0,
+    floor: float = 0.012,
+    deep_floor: float = 0.022,
+    roughness_px: float = 0.5,
+) -> Material:
+    return Material(
+        name=name,
+        word=word,
+        closer=closer,
+        gain=gain,
+        floor=floor,
+        deep_floor=deep_floor,
+        roughness_px=roughness_px,
+    )
+
+
+MATERIALS: dict[str, Material] = {
+    material.name: material
+    for material in (
+        _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.005, 0),
+        _material("glaze", "glazed surface", "plaster", 0.5, 0.004, 0.012, 0),
+        _material("sky", "smooth sky", "sky", 0.15, 0.002, 0.002, 0),
+        _material("foliage", "leaves", "venation", 1.5, 0.012, 0.05, 1.4),
+        _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.05, 0.3),
+        _material("cell", "cells", "granule", 0.75, 0.012, 0.05, 0.3),
+        _material("granule", "grains of a cell", "cell", 0.9, 0.012, 0.05, 0.36),
+        _material("fibre", "fibres", "fibre", 1.0, 0.012, 0.05, 0.48),
+        _material("fur", "fur", "fibre", 1.1, 0.014, 0.05, 0.6),
+        _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
+        _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
+        _material("brushed", "brushed metal", "brushed", 0.6, 0.008, 0.018, 0.12),
+        _material("rock", "rock", "granite", 1.2, 0.016, 0.05, 1.2),
+        _material("granite", "crystals", "rock", 1.0, 0.014, 0.05, 0.84),
+        _material("sand", "gravel", "rock", 1.2, 0.016, 0.05, 0.96),
+        _material("skin", "skin or leather", "cell", 0.8, 0.008, 0.03, 0.24),
+        _material("plaster", "painted wall", "rock", 0.6, 0.006, 0.021, 0.24),
+        _material("ripple", "water", "plaster", 0.8, 0.01, 0.021, 0.48),
+        _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24),
+        _material("scales", "scales", "cell", 0.9, 0.016, 0.05, 0.3),
+    )
+}
+"""Every material by name; the order is the order of the codes in no file, names are."""
+
+_SYNONYMS = {
+    "weave": "cloth fabric textile suit linen carpet sofa cushion shirt dress canvas",
+    "venation": "leaf petal flower plant tissue vein",
+    "foliage": "foliage tree trees bush moss hedge forest grass leaves shrub",
+    "fibre": "wood wooden timber plank fibre fiber muscle grain",
+    "fur": "fur hair feather feathers coat animal",
+    "straw": "straw hay thatch stalk stalks wheat",
+    "bark": "bark trunk log",
+    "rock": "rock stone cliff mountain wall brick concrete",
+    "granite": "granite marble crystal mineral crystals",
+    "sand": "sand gravel soil earth pebbles ground",
+    "skin": "skin leather hide",
+    "scales": "scales scale snake fish reptile dragon",
+    "cell": "cell cells organism",
+    "granule": "granule granules cytoplasm",
+    "ripple": "water lake sea river pond ripple",
+    "plaster": "plaster paint paper",
+    "brushed": "metal steel iron brass",
+    "smooth": "smooth glass ceramic porcelain plastic",
+    "sky": "sky cloud clouds fog",
+}
+WORDS: dict[str, str] = {word: name for name, words in _SYNONYMS.items() for word in words.split()}
+"""Material name by English word."""
+
+
+def material_of_words(text: str) -> Material | None:
+    """Returns the first material that the text names, by its own name or by a common word, else None."""
+    for word in text.lower().replace(",", " ").replace(".", " ").split():
+        name = word if word in MATERIALS else WORDS.get(word)
+        if name is not None:
+            return MATERIALS[name]
+    return None
+
+
+def closer(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Returns the names of what these materials are made of, eight times closer."""
+    return tuple(MATERIALS[name].closer for name in names)
+
+
+def per_label(names: tuple[str, ...], attribute: str) -> FloatArray:
+    """Returns ``(n,)`` one attribute of every label's material, as a lookup table."""
+    return np.array([getattr(MATERIALS[name], attribute) for name in names], np.float32)

@@ -1,0 +1,327 @@
+"""The public face: describes a picture, and makes the picture of a region of it eight times closer."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from wzviewer.core.types import ByteArray, FloatArray
+from wzviewer.errors import WorkerError
+from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, sigma_map
+from wzviewer.worker.models.builtin.detail.consistency import (
+    REQUIRED_DB,
+    consistency_db,
+    precompensated,
+    projected,
+    reconciled,
+)
+from wzviewer.worker.models.builtin.detail.crisp import BaseUpscaler, crisp_base
+from wzviewer.worker.models.builtin.detail.describe import Context, cropped_labels, described, inherited
+from wzviewer.worker.models.builtin.detail.library import TileLibrary
+from wzviewer.worker.models.builtin.detail.materials import material_of_words, per_label
+from wzviewer.worker.models.builtin.detail.measures import (
+    area_down,
+    blurred,
+    enlarged,
+    luma,
+    orientation,
+    ramp,
+    stretched,
+)
+from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture
+
+Fractions = tuple[float, float, float, float]
+"""``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
+COMPENSATION_PASSES = 2
+
+
+@dataclass(frozen=True)
+class Detail:
+    """The picture of a region, closer.
+
+    Attributes:
+        image: ``(H, W, 3)`` f32 in 0..1.
+        relief_texture: ``(H, W)`` f32, the invented detail as height, in luminance: + is raised.
+        labels: ``(H, W)`` u8, index into `names`.
+        names: material name per label, as it is seen in this image.
+        consistency_db: PSNR of the image, shrunk by area, against the observation.
+    """
+
+    image: FloatArray
+    relief_texture: FloatArray
+    labels: ByteArray
+    names: tuple[str, ...]
+    consistency_db: float
+
+
+@dataclass(frozen=True)
+class _Job:
+    observation: FloatArray  # (h, w, 3) grey levels
+    width: int
+    height: int
+    doublings: int
+    labels: ByteArray  # (h, w)
+    names: tuple[str, ...]
+    level: int
+    prompted: bool
+    seeds: tuple[int, ...]
+    passes: int
+    stride: int
+    check: Callable[[], None]
+
+    @property
+    def work_size(self) -> tuple[int, int]:
+        """Width and height that a whole number of doublings reaches."""
+        height, width = self.observation.shape[:2]
+        return width << self.doublings, height << self.doublings
+
+
+class DetailSynthesizer:
+    """The built-in `SuperResolver` and `SceneDescriber`: no weights, no download, deterministic.
+
+    Args:
+        seed: of everything random in it.
+        base: makes the crisp picture that detail is added to; a network can take the place of the filter.
+        library: source of material tiles.
+    """
+
+    def __init__(
+        self, seed: int = 0, base: BaseUpscaler = crisp_base, library: TileLibrary | None = None
+    ) -> None:
+        self._seed = seed
+        self._base = base
+        self._library = library or TileLibrary()
+
+    def warm_up(self) -> None:
+        """Compiles the kernels and makes the tiles, so that the first level is as fast as the others."""
+        ramp_image = np.tile(np.linspace(0, 1, 32, dtype=np.float32)[None, :, None], (24, 1, 3))
+        context = self.describe(ramp_image, None)
+        for word in ("fibre", "foliage", "venation", "rock", "plaster"):
+            self.upscale(ramp_image, 64, 48, context, (0, 0, 1, 1), 1, 0, material=word)
+
+    def describe(
+        self, image: FloatArray, parent: Context | None = None, detail: Detail | None = None
+    ) -> Context:
+        """Returns what is in an image: a label map, a material per label, statistics and words.
+
+        Args:
+            image: ``(h, w, 3)`` in 0..1.
+            parent: context of the level that the image lies inside; None for a photograph.
+            detail: what made the image, if `upscale` did; its labels are then inherited pixel by pixel.
+        """
+        if parent is not None and detail is not None:
+            return inherited(image, parent, detail.labels, detail.names)
+        return described(image, parent)
+
+    def preview(
+        self,
+        observation: FloatArray,
+        width: int,
+        height: int,
+        context: Context,
+        region: Fractions,
+        seed: int,
+        level: int,
+        material: str | None = None,
+    ) -> FloatArray:
+        """Returns a quick ``(height, width, 3)`` picture in 0..1; arguments as of `upscale`."""
+        half_width, half_height = (
+            max(width // 2, observation.shape[1]),
+            max(height // 2, observation.shape[0]),
+        )
+        job = self._job(observation, half_width, half_height, context, region, level, seed, material, None)
+        job = _with(job, passes=0, stride=2)
+        small, _, _ = self._made(job)
+        image = enlarged(projected(small, job.observation), width, height)
+        return np.clip(image, 0, 255) * np.float32(1 / 255)
+
+    def upscale(
+        self,
+        observation: FloatArray,
+        width: int,
+        height: int,
+        context: Context,
+        region: Fractions,
+        level: int,
+        seed: int,
+        material: str | None = None,
+        check: Callable[[], None] | None = None,
+    ) -> Detail:
+        """Returns the observation enlarged, with crisp contours and the detail of its materials.
+
+        Args:
+            observation: ``(h, w, 3)`` in 0..1, what is known: the area-downsampled coarse picture.
+            width: of the result in px; at least that of the observation.
+            height: of the result in px.
+            context: of the parent's image.
+            region: of the parent's image that the observation shows.
+            level: of the new image; 1 is the first zoom.
+            seed: of this level.
+            material: words that name a material for the whole region; words that name none change nothing.
+            check: called between the steps; whatever it raises ends the work.
+
+        Raises:
+            ValueError: the observation is not ``(h, w, 3)`` or the result would be smaller than it.
+            WorkerError: the result contradicts the observation at a whole factor, which cannot be.
+        """
+        job = self._job(observation, width, height, context, region, level, seed, material, check)
+        image, relief, labels = self._made(job)
+        image = projected(image, job.observation)
+        db = _promised(consistency_db(image, job.observation), job)
+        return Detail(image * np.float32(1 / 255), relief * np.float32(1 / 255), labels, job.names, db)
+
+    def _job(
+        self,
+        observation: FloatArray,
+        width: int,
+        height: int,
+        context: Context,
+        region: Fractions,
+        level: int,
+        seed: int,
+        material: str | None,
+        check: Callable[[], None] | None,
+    ) -> _Job:
+        if observation.ndim != 3 or observation.shape[2] != 3:
+            raise ValueError(f"the observation is {observation.shape}, not (h, w, 3)")
+        rows, columns = observation.shape[:2]
+        if width < columns or height < rows:
+            raise ValueError(
+                f"the result, {width}x{height}, is smaller than the observation, {columns}x{rows}"
+            )
+        labels = cropped_labels(context, region, columns, rows)
+        names, prompted = context.materials, material_of_words(material) if material else None
+        if prompted is not None:
+            labels, names = np.zeros_like(labels), (prompted.name,)
+        grey = np.ascontiguousarray(np.clip(np.nan_to_num(observation), 0, 1), np.float32) * np.float32(255)
+        place = [round(1e6 * value) & 0xFFFFFFFF for value in region]
+        seeds = (self._seed & 0xFFFFFFFF, seed & 0xFFFFFFFF, level & 0xFFFFFFFF, *place)
+        return _Job(
+            observation=grey,
+            width=width,
+            height=height,
+            doublings=doublings_for(max(width / columns, height / rows)),
+            labels=labels,
+            names=names,
+            level=level,
+            prompted=prompted is not None,
+            seeds=seeds,
+            passes=COMPENSATION_PASSES,
+            stride=1,
+            check=check or (lambda: None),
+        )
+
+    def _made(self, job: _Job) -> tuple[FloatArray, FloatArray, ByteArray]:
+        """Returns image and relief in grey levels, and labels, at the job's size but not yet projected."""
+        start = job.observation
+        if job.passes:
+            start = precompensated(self._base, job.observation, job.doublings, job.level, job.passes)
+        job.check()
+        base = self._base(start, job.doublings, job.level)
+        job.check()
+        place = layout(job.labels, base)
+        texture = painted_texture(place, job.names, job.observation, self._library, job.seeds, job.stride)
+        job.check()
+        base = reconciled(roughened(base, texture, _roughness(job, place)), job.observation)
+        job.check()
+        detail = texture * self._sigma(job, place)
+        image = with_detail(base, detail, job.observation)
+        job.check()
+        size = (job.width, job.height)
+        labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
+        return _resized(image, *size), _resized(detail, *size), labels
+
+    def _sigma(self, job: _Job, place: Layout) -> FloatArray:
+        height, width = job.observation.shape[:2]
+        floors = per_label(job.names, "floor" if job.level <= 1 else "deep_floor")
+        if job.prompted:
+            floors = np.maximum(floors, np.float32(PROMPTED_FLOOR))
+        floor = area_down(_spread(place, floors), width, height)
+        gain = area_down(_spread(place, per_label(job.names, "gain")), width, height)
+        plane, truthful = luma(job.observation), job.level <= 1 and not job.prompted
+        sharp_gain = _spread(place, per_label(job.names, "gain")) / np.maximum(
+            stretched(gain, *job.work_size), 1e-3
+        )
+        return stretched(sigma_map(plane, gain, floor, truthful), *job.work_size) * np.clip(
+            sharp_gain, 0.3, 1.5
+        )
+
+
+def _promised(db: float, job: _Job) -> float:
+    """Returns the consistency, which only a broken factor may leave below the promise: see `projected`."""
+    rows, columns = job.observation.shape[:2]
+    if db < REQUIRED_DB and job.width % columns == 0 and job.height % rows == 0:
+        raise WorkerError("new detail", f"it contradicts what was there: {db:.1f} dB")
+    return db
+
+
+def _with(job: _Job, passes: int, stride: int) -> _Job:
+    return _Job(**{**job.__dict__, "passes": passes, "stride": stride})
+
+
+def doublings_for(factor: float) -> int:
+    """Returns how many doublings to work with; up to a fifth more is left to plain resampling.
+
+    Example:
+        >>> [doublings_for(factor) for factor in (1.5, 2, 4, 8, 9, 12, 16)]
+        [1, 1, 2, 3, 3, 4, 4]
+    """
+    return max(1, math.ceil(math.log2(max(factor, 1.0) / 1.2)))
+
+
+def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray) -> FloatArray:
+    """Returns base plus detail, in grey levels: half as light that falls on it, half as paint.
+
+    The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
+    detail is taken out of it again.
+    """
+    height, width = observation.shape[:2]
+    unseen = detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
+    light = 0.5 * unseen / np.maximum(luma(base), 24)
+    return base * (1 + light[..., None]) + 0.5 * unseen[..., None]
+
+
+def roughened(base: FloatArray, texture: FloatArray, roughness_px: FloatArray) -> FloatArray:
+    """Returns the base with its contours displaced by the texture, so that a leafy outline is leafy.
+
+    Args:
+        base: ``(H, W, 3)`` grey levels.
+        texture: ``(H, W)`` of unit RMS.
+        roughness_px: ``(H, W)`` RMS displacement.
+    """
+    if roughness_px.max() < 0.1:
+        return base
+    height, width = texture.shape
+    bumps = blurred(texture, 2.2) + 0.4 * blurred(texture, 1.1)
+    bumps /= bumps.std() + np.float32(1e-6)
+    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+    map_x = x + roughness_px * np.roll(bumps, (37, 61), (0, 1))
+    map_y = y + roughness_px * np.roll(bumps, (-53, 29), (0, 1))
+    return cv2.remap(base, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
+
+
+def _roughness(job: _Job, place: Layout) -> FloatArray:
+    """Straight outlines stay straight: coherent edges are displaced the least."""
+    plane = luma(job.observation)
+    field = orientation(plane, 1.0, 2.0)
+    straight = ramp(field.coherence, 0.35, 0.3) * ramp(field.strength, 1.0, 3.0)
+    straight = cv2.dilate(straight, np.ones((3, 3), np.uint8))
+    calm = 1 - np.float32(0.95) * stretched(straight, *job.work_size)
+    factor = job.work_size[0] / job.observation.shape[1] / 8
+    return _spread(place, per_label(job.names, "roughness_px")) * calm * np.float32(factor)
+
+
+def _spread(place: Layout, values: FloatArray) -> FloatArray:
+    total = np.zeros(place.labels.shape, np.float32)
+    for label, share in place.shares.items():
+        total += values[label] * share
+    return total
+
+
+def _resized(plane: FloatArray, width: int, height: int) -> FloatArray:
+    if plane.shape[:2] == (height, width):
+        return plane
+    smaller = width <= plane.shape[1] and height <= plane.shape[0]
+    return cv2.resize(plane, (width, height), interpolation=cv2.INTER_AREA if smaller else cv2.INTER_CUBIC)

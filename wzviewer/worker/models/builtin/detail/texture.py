@@ -1,0 +1,137 @@
+"""The texture of every material in the picture, put together along the picture's own contours."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from wzviewer.core.types import ByteArray, FloatArray
+from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
+from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TILE_PX, TileLibrary
+from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma, stretched
+
+LIMIT = 3.0  # deviations: one black speck must not outshine a whole texture
+SMOOTH = frozenset({"smooth", "sky", "glaze"})
+SMOOTH_TILE = "plaster"
+"""The tile that smooth materials show, at next to no contrast."""
+TURNABLE = frozenset(
+    {"foliage", "cell", "granite", "weave"}
+)  # unlit tiles: a quarter turn does not move the light
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where which material is.
+
+    Attributes:
+        labels: ``(H, W)`` u8, the strongest label.
+        shares: per label that occurs, ``(H, W)`` in 0..1; they sum to 1.
+    """
+
+    labels: ByteArray
+    shares: dict[int, FloatArray]
+
+
+def layout(coarse_labels: ByteArray, guide: FloatArray) -> Layout:
+    """Returns the label map moved onto the contours of the picture, by a guided filter (He et al. 2013).
+
+    Args:
+        coarse_labels: ``(h, w)`` u8 at the observation's size.
+        guide: ``(H, W, 3)`` the crisp base in grey levels.
+    """
+    height, width = guide.shape[:2]
+    present = [int(label) for label in np.unique(coarse_labels)]
+    if len(present) == 1:
+        full = np.full((height, width), present[0], np.uint8)
+        return Layout(full, {present[0]: np.ones((height, width), np.float32)})
+    size = (max(width // 4, 1), max(height // 4, 1))
+    small_guide = cv2.resize(guide, size, interpolation=cv2.INTER_AREA)
+    votes = []
+    for label in present:
+        member = stretched((coarse_labels == label).astype(np.float32), *size)
+        votes.append(cv2.ximgproc.guidedFilter(small_guide, member, 8, 60.0))
+    weights = np.maximum(np.stack([stretched(vote, width, height) for vote in votes]), 1e-4) ** 4
+    weights /= weights.sum(0)
+    labels = np.array(present, np.uint8)[weights.argmax(0)]
+    return Layout(labels, dict(zip(present, weights, strict=True)))
+
+
+def painted_texture(
+    place: Layout,
+    names: tuple[str, ...],
+    observation: FloatArray,
+    library: TileLibrary,
+    seeds: tuple[int, ...],
+    stride: int = 1,
+) -> FloatArray:
+    """Returns the texture of all materials, ``(H, W)``: local mean 0, local RMS 1.
+
+    Args:
+        place: where which label is.
+        names: material name per label.
+        observation: ``(h, w, 3)`` in grey levels; gives the grain its direction.
+        library: source of the tiles.
+        seeds: of the randomness; the same seeds give the same bytes.
+        stride: texture px per image px; 2 for a preview of half the size.
+    """
+    height, width = place.labels.shape
+    by_name: dict[str, FloatArray] = {}
+    for label, share in place.shares.items():
+        name = names[label]
+        by_name[name] = by_name[name] + share if name in by_name else share
+    direction = voted_direction(luma(observation), width, height) if GRAINS.keys() & by_name.keys() else None
+    total = np.zeros((height, width), np.float32)
+    for name in sorted(by_name):
+        rng = np.random.default_rng([*seeds, *name.encode()])
+        if direction is not None and name in GRAINS:
+            layer = grain_texture(GRAINS[name], direction, by_name[name] > 0.02, rng, stride)
+        else:
+            layer = tile_texture(
+                library.tile(SMOOTH_TILE if name in SMOOTH else name),
+                name,
+                width,
+                height,
+                rng,
+                stride,
+            )
+        total += by_name[name] * evened(layer, GRAIN_OCTAVES if name in GRAINS else OCTAVES, stride)
+    return total
+
+
+def tile_texture(
+    tile: np.ndarray, name: str, width: int, height: int, rng: np.random.Generator, stride: int = 1
+) -> FloatArray:
+    """Returns a piece of the endless tile, shifted and gently bent, ``(height, width)`` in deviations."""
+    source = np.rot90(tile, int(rng.integers(4))) if name in TURNABLE else tile
+    offset_x, offset_y = rng.uniform(0, TILE_PX, 2)
+    bend = rng.standard_normal((2, 6, 8)).astype(np.float32) * np.float32(
+        4.0
+    )  # more would stretch cells to hairs
+    y, x = np.mgrid[0:height, 0:width].astype(np.float32) * np.float32(stride)
+    bend_x, bend_y = (cv2.resize(plane, (width, height), interpolation=cv2.INTER_CUBIC) for plane in bend)
+    map_x = np.mod(x + bend_x + np.float32(offset_x), TILE_PX)
+    map_y = np.mod(y + bend_y + np.float32(offset_y), TILE_PX)
+    floats = np.ascontiguousarray(source).astype(np.float32) * np.float32(1 / INT8_PER_DEVIATION)
+    return cv2.remap(floats, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+
+
+OCTAVES = (0.66, 0.64, 0.62)
+"""Relative RMS of the three unseen octaves, finest first: a photograph's, a little crisper."""
+GRAIN_OCTAVES = (0.42, 0.58, 0.7)
+"""The same for strands, of which the finest would alias into beads at the next level."""
+
+
+def evened(texture: FloatArray, octaves: tuple[float, ...] = OCTAVES, stride: int = 1) -> FloatArray:
+    """Returns the three unseen octaves in a photograph's proportion, with the same contrast everywhere.
+
+    Args:
+        texture: ``(H, W)`` in deviations.
+        octaves: relative RMS of the octaves, finest first.
+        stride: texture px per image px.
+    """
+    levels = [texture, *(blurred(texture, sigma / stride) for sigma in (1.0, 2.0, 5.0))]
+    total = np.zeros_like(texture)
+    for finer, coarser, share in zip(levels[:-1], levels[1:], octaves, strict=True):
+        band = finer - coarser
+        total += band * np.clip(share / (band.std() + 1e-6), 0.3, 3.0)
+    return np.clip(total / (local_rms(total, 24.0) + np.float32(0.05)), -LIMIT, LIMIT)

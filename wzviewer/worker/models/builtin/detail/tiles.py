@@ -1,0 +1,205 @@
+"""The tiles: one procedural texture per isotropic material, seamless, a millimetre of the world each.
+
+A tile is luminance seen in raking light, not a height map: zero mean, unit deviation.  Sizes of features are
+chosen for an enlargement by eight, which can add only what is finer than about 16 px.
+"""
+
+import math
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+
+from wzviewer.core.types import FloatArray
+from wzviewer.worker.models.builtin.detail.noise import (
+    cellular,
+    fractal,
+    normalized,
+    periodic_blur,
+    ridged,
+    shaded,
+    warped,
+)
+
+TileMaker = Callable[[int, np.random.Generator], FloatArray]
+
+
+def foliage(n: int, rng: np.random.Generator) -> FloatArray:
+    """Overlapping leaf blades, two half-tones split at the midrib; later ones lie higher and are lighter."""
+    canvas = np.zeros((n, n), np.float32)
+    count = 900 * n * n // 448**2
+    for index in range(count):
+        half_length, width = rng.uniform(10, 30), rng.uniform(0.26, 0.44)
+        angle, tone = rng.uniform(0, 2 * math.pi), rng.normal(0.9 * index / count, 0.26)
+        _draw_leaf(canvas, rng.uniform(0, n, 2).astype(np.float32), half_length, width, angle, tone)
+    veins = 0.12 * fractal(n, 0.8, rng)
+    return normalized(canvas + veins - periodic_blur(canvas, 30))
+
+
+def _draw_leaf(
+    canvas: FloatArray, centre: FloatArray, half_length: float, width: float, angle: float, tone: float
+) -> None:
+    t = np.linspace(0, 1, 10)
+    spine = np.stack([(2 * t - 1) * half_length, 2.0 * np.sin(math.pi * t)], 1)
+    bulge = np.sin(math.pi * t**0.8) * width * half_length
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    for sign, shade in ((1, 0.0), (-1, -0.34)):
+        edge = spine + np.stack([0 * t, sign * bulge], 1)
+        outline = np.concatenate([spine, edge[::-1]]) @ turn.T
+        _fill_wrapped(canvas, outline + centre, tone + shade)
+
+
+def _fill_wrapped(canvas: FloatArray, outline: FloatArray, tone: float) -> None:
+    n = len(canvas)
+    low, high = outline.min(0), outline.max(0)
+    for dy in (-n, 0, n):
+        for dx in (-n, 0, n):
+            if low[0] + dx < n and high[0] + dx > 0 and low[1] + dy < n and high[1] + dy > 0:
+                points = np.round((outline + np.array([dx, dy])) * 16).astype(np.int32)
+                cv2.fillPoly(canvas, [points], tone, lineType=cv2.LINE_AA, shift=4)
+
+
+def venation(n: int, rng: np.random.Generator) -> FloatArray:
+    """The net of veins in a leaf or petal: three hierarchies of cell borders, raised and lit."""
+    height = 0.35 * fractal(n, 1.6, rng, lowest=10)
+    for cells, width, weight in ((n // 84, 4.5, 1.0), (n // 34, 2.6, 0.7), (n // 14, 1.5, 0.45)):
+        first, second, _ = cellular(n, cells, rng)
+        vein = np.exp(-(((second - first) / width) ** 2))
+        height += weight * warped(vein, 5.0, rng)
+    return normalized(0.35 * height + 1.5 * shaded(2.2 * height) + 0.1 * fractal(n, 0.9, rng, lowest=40))
+
+
+def cell(n: int, rng: np.random.Generator) -> FloatArray:
+    """Plant cells: pale rounded rooms of differing tone inside darker walls."""
+    first, second, index = cellular(n, n // 22, rng)
+    wall = np.minimum((second - first) / 3.2, 1)
+    tone = rng.normal(0, 0.2, index.max() + 1).astype(np.float32)[index]
+    dome = -0.02 * first
+    height = warped(wall + dome, 2.0, rng)
+    return normalized(
+        height + warped(tone, 2.0, rng) + 0.5 * shaded(2 * height) + 0.1 * fractal(n, 1.2, rng, lowest=12)
+    )
+
+
+def granule(n: int, rng: np.random.Generator) -> FloatArray:
+    """The inside of a cell: soft grains of three sizes in a faint mesh."""
+    height = 0.4 * ridged(n, 3, n // 60, rng)
+    for cells, weight in ((n // 34, 1.0), (n // 15, 0.5)):
+        first, _, index = cellular(n, cells, rng)
+        radius = rng.uniform(0.15, 0.5, index.max() + 1).astype(np.float32)[index] * n / cells
+        height += weight * np.sqrt(np.clip(1 - (first / radius) ** 2, 0, 1))
+    height = warped(height, 2.5, rng)
+    return normalized(0.5 * height + 1.2 * shaded(2.0 * height) + 0.08 * fractal(n, 0.8, rng, lowest=30))
+
+
+def granite(n: int, rng: np.random.Generator) -> FloatArray:
+    """Crystals of three sizes with a tone each, cleavage lines and dark specks."""
+    total = np.zeros((n, n), np.float32)
+    for cells, weight in ((n // 15, 0.9), (n // 9, 0.8), (n // 5, 0.35)):
+        first, second, index = cellular(n, cells, rng)
+        tone = rng.normal(0, 1, index.max() + 1).astype(np.float32)[index]
+        border = np.exp(-(((second - first) / 1.1) ** 2))
+        total += weight * warped(tone - 0.5 * border, 0.8, rng)
+    distance, _, index = cellular(n, n // 16, rng)
+    radius = np.maximum(rng.normal(-0.5, 2.2, index.max() + 1), 0).astype(np.float32)[index]  # most are none
+    return normalized(periodic_blur(total, 0.5) - 1.3 * np.clip(radius - distance, 0, 1))
+
+
+def rock(n: int, rng: np.random.Generator) -> FloatArray:
+    """Broken stone: small facets, each lit by its own tilt, and two generations of cracks."""
+    total = np.zeros((n, n), np.float32)
+    for cells, weight in ((n // 16, 0.8), (n // 10, 0.8), (n // 6, 0.5)):
+        first, second, index = cellular(n, cells, rng, stretch=1.5)
+        tilt = rng.normal(0, 1, index.max() + 1).astype(np.float32)[index]
+        edge = shaded(0.9 * np.minimum(second - first, 3))
+        total += weight * warped(tilt + 0.9 * edge, 1.0, rng)
+    for cells, width, weight in ((n // 70, 1.6, 1.7), (n // 30, 1.2, 0.9)):
+        first, second, _ = cellular(n, cells, rng)
+        total -= weight * warped(np.exp(-(((second - first) / width) ** 2)), 5.0, rng, slope=1.2)
+    return normalized(periodic_blur(total, 0.5))
+
+
+def sand(n: int, rng: np.random.Generator) -> FloatArray:
+    """Grains, each a small lit dome with its own tone."""
+    first, _, index = cellular(n, n // 9, rng)
+    tone = rng.normal(0, 0.35, index.max() + 1).astype(np.float32)[index]
+    dome = np.sqrt(np.maximum(1 - (first / 7.5) ** 2, 0))
+    return normalized(
+        periodic_blur(2.0 * shaded(3.0 * dome) + tone, 0.6) + 0.25 * fractal(n, 1.2, rng, lowest=12)
+    )
+
+
+def skin(n: int, rng: np.random.Generator) -> FloatArray:
+    """Skin or leather: small plates between creases, with pores, lit."""
+    first, second, _ = cellular(n, n // 17, rng)
+    crease = np.minimum((second - first) / 5.0, 1) ** 0.7
+    pores, _, _ = cellular(n, n // 40, rng)
+    height = (
+        warped(crease, 3.0, rng)
+        - 0.8 * np.exp(-((pores / 2.2) ** 2))
+        + 0.25 * fractal(n, 1.5, rng, lowest=10)
+    )
+    return normalized(shaded(1.6 * height) + 0.25 * height)
+
+
+def plaster(n: int, rng: np.random.Generator) -> FloatArray:
+    """Plaster, paper, paint: a shallow grain in raking light."""
+    height: FloatArray = fractal(n, 1.1, rng, lowest=16) + np.float32(0.5) * ridged(n, 3, n // 26, rng)
+    return normalized(shaded(1.2 * height) + 0.08 * height)
+
+
+def ripple(n: int, rng: np.random.Generator) -> FloatArray:
+    """Water: crossing wavelets, flattened like perspective flattens them."""
+    swell = 0.5 * fractal(n, 1.7, rng, stretch=0.45, lowest=8)
+    height = (ridged(n, 3, n // 70, rng, stretch=0.4) + swell).astype(np.float32)
+    return normalized(periodic_blur(shaded(2.2 * height, 100.0) + 0.2 * height, 0.8))
+
+
+def weave(n: int, rng: np.random.Generator) -> FloatArray:
+    """Cloth: plain weave of threads 8 px wide, of uneven tone, with the twist of their yarn."""
+    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
+    column, row = (x // 8).astype(int), (y // 8).astype(int)
+    u, v = x / 8 - column - 0.4375, y / 8 - row - 0.4375
+    warp_on_top = (column + row) % 2 == 0
+    across, along = np.where(warp_on_top, u, v), np.where(warp_on_top, v, u)
+    thread = np.sqrt(np.clip(1 - (1.9 * across) ** 2, 0, 1)) * (0.7 + 0.5 * np.cos(math.pi * along))
+    twist = 0.1 * np.sin(2 * math.pi * (along + 0.8 * across) * 4)
+    tones = rng.normal(0, 0.1, (2, n // 8)).astype(np.float32)
+    height = (thread + twist + np.where(warp_on_top, tones[0][column], tones[1][row])).astype(np.float32)
+    lit = height + 0.5 * shaded(2 * periodic_blur(height, 0.7))
+    return normalized(warped(lit.astype(np.float32), 1.8, rng) + 0.15 * fractal(n, 0.6, rng, lowest=30))
+
+
+def scales(n: int, rng: np.random.Generator) -> FloatArray:
+    """Overlapping scales in offset rows, the upper over the lower, each with its own tone and a dark rim."""
+    size = 16
+    canvas = np.zeros((n, n), np.float32)
+    for row in range(n // size + 1, -2, -1):
+        shift = size // 2 if row % 2 else 0
+        for column in range(-1, n // size + 1):
+            tone = 0.5 + 0.4 * math.sin(12.9898 * (column % (n // size)) + 78.233 * (row % (n // size)))
+            centre = (column * size + shift, row * size)
+            for radius, shade in (
+                (12, -0.7),
+                (11, 0.25 * tone),
+                (8, 0.25 * tone + 0.25),
+                (4, 0.25 * tone + 0.4),
+            ):
+                cv2.circle(canvas, centre, radius, shade, -1, cv2.LINE_AA)
+    return normalized(warped(periodic_blur(canvas, 0.8), 2.5, rng) + 0.1 * fractal(n, 0.6, rng, lowest=30))
+
+
+TILE_MAKERS: dict[str, TileMaker] = {
+    "foliage": foliage,
+    "venation": venation,
+    "cell": cell,
+    "granule": granule,
+    "granite": granite,
+    "rock": rock,
+    "sand": sand,
+    "skin": skin,
+    "plaster": plaster,
+    "ripple": ripple,
+    "weave": weave,
+    "scales": scales,
+}

@@ -1,0 +1,163 @@
+"""Putting a rendered body into a picture so that it belongs there.
+
+The shadow is a multiplication of the background; the body takes on the background's sharpness,
+grain and black and white points.  Beyond body and shadow no pixel changes.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from wzviewer.core.types import DoubleArray, FloatArray
+from wzviewer.worker.models.builtin.objects.lighting import Light, linear_from_srgb, srgb_from_linear
+from wzviewer.worker.models.builtin.objects.render import Layer
+
+_LEAST = 2.0 / 255  # a shadow weaker than this is none: the picture stays as it was
+
+
+@dataclass(frozen=True)
+class Finish:
+    """How sharp and how grainy the picture is: blur sigma px, grain sigma in sRGB units."""
+
+    blur_px: float
+    grain: float
+
+    @classmethod
+    def of(cls, image: FloatArray) -> "Finish":
+        """Measures a picture (h, w, 3): the energy of its finest band beside the next one."""
+        luma = cv2.cvtColor(np.ascontiguousarray(image, np.float32), cv2.COLOR_RGB2GRAY)
+        soft, softer = cv2.GaussianBlur(luma, (0, 0), 0.8), cv2.GaussianBlur(luma, (0, 0), 1.6)
+        fine, coarse = float(np.std(luma - soft)), float(np.std(soft - softer))
+        ratio = fine / max(coarse, 1e-4)
+        grain = 1.48 * float(np.median(np.abs(luma - soft)))
+        return cls(float(np.clip(1.15 - 0.85 * ratio, 0.35, 0.95)), float(min(0.8 * grain, 0.012)))
+
+
+def shadow_gain(ground: FloatArray, light: Light, alpha: FloatArray) -> FloatArray:
+    """Returns (h, w) what the support keeps of its light: key and sky by their shares, contact darker.
+
+    Args:
+        ground: (h, w, 2) shares of sky and key that arrive.
+        light: its ratio splits the two.
+        alpha: (h, w) the body, under which nothing is seen.
+    """
+    sky, key = ground[..., 0], ground[..., 1]
+    share = light.ratio / (1 + light.ratio)
+    gain = (key * share + (1 - share) * sky) * (0.35 + 0.65 * sky)
+    # Subtracted, not cut off: a step would draw a contour around every foot.
+    return np.asarray(1 - np.maximum(1 - gain - _LEAST, 0) / (1 - _LEAST), np.float32)
+
+
+def composite(
+    image: FloatArray, layer: Layer, gain: FloatArray, light: Light, finish: Finish, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Returns (picture, alpha) with an opaque body over its shadow.
+
+    Args:
+        image: (h, w, 3) sRGB background.
+        layer: the rendered body.
+        gain: (h, w) from `shadow_gain`.
+        light: tints the shadow.
+        finish: sharpness and grain to match.
+        seed: of the grain.
+    """
+    color, alpha = soften(layer.color, layer.alpha, finish.blur_px)
+    ground = shadowed(image, gain, light)
+    lit = np.asarray(color / np.maximum(alpha, 1e-4)[..., None], np.float32)
+    toned = srgb_from_linear(np.asarray(1.05 * lit / (1 + 0.12 * lit), np.float32))
+    noise = grain((image.shape[0], image.shape[1]), finish.grain, seed)[..., None]
+    body = np.asarray(harmonised(toned, alpha, image) + noise, np.float32)
+    cover = alpha[..., None]
+    mixed = linear_from_srgb(body) * cover + linear_from_srgb(ground) * (1 - cover)
+    result = np.where(cover > 0, srgb_from_linear(mixed), ground)
+    return np.clip(result, 0, 1).astype(np.float32), alpha
+
+
+def soften(color: FloatArray, alpha: FloatArray, sigma_px: float) -> tuple[FloatArray, FloatArray]:
+    """Blurs a premultiplied body; returns (colour, alpha), exactly 0 where nothing was near."""
+    near = cv2.dilate((alpha > 0).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    soft = cv2.GaussianBlur(np.dstack([color, alpha]), (0, 0), sigma_px)
+    soft[~near] = 0
+    soft[soft[..., 3] < 1e-3] = 0
+    return np.ascontiguousarray(soft[..., :3]), np.clip(soft[..., 3], 0, 1)
+
+
+def shadowed(image: FloatArray, gain: FloatArray, light: Light) -> FloatArray:
+    """Darkens the background; deep shadow leans to the picture's own dark colours and the sky's.
+
+    A product alone turns saturated yellow into olive.
+    """
+    lin = linear_from_srgb(image)
+    weights = np.array([0.2126, 0.7152, 0.0722], np.float32)
+    dark = lin * gain[..., None]
+    around = lin[cv2.dilate((gain < 0.97).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0]
+    if not len(around):
+        return image
+    luma = around @ weights
+    hue = (
+        around[luma <= np.percentile(luma, 40)].mean(0)
+        + 0.06 * light.ambient.astype(np.float32) * luma.mean()
+    )
+    hue = hue / max(float(hue @ weights), 1e-4)
+    share = (0.35 * (1 - gain))[..., None]
+    mixed = dark + share * ((dark @ weights)[..., None] * hue - dark)
+    return np.where(gain[..., None] < 1, srgb_from_linear(mixed), image).astype(np.float32)
+
+
+def harmonised(body: FloatArray, alpha: FloatArray, image: FloatArray) -> FloatArray:
+    """Pulls the body's black and white points a little towards the picture's, sRGB."""
+    inside = alpha > 0.5
+    if not inside.any():
+        return body
+    thumb = image[::4, ::4].reshape(-1, 3)
+    black, white = np.percentile(thumb, 1), np.percentile(thumb, 99)
+    own_black, own_white = np.percentile(body[inside], 1), np.percentile(body[inside], 99.5)
+    low = 0.10 * max(float(black - own_black), 0.0)
+    high = 1 - 0.18 * max(float(own_white - white), 0.0) / max(float(own_white), 1e-3)
+    chroma = thumb.mean(0) - thumb.mean()
+    return np.clip(low + body * (high - low) + 0.02 * chroma * (1 - body), 0, 1).astype(np.float32)
+
+
+def grain(shape: tuple[int, int], sigma: float, seed: int) -> FloatArray:
+    """Returns (h, w) noise as soft as a camera's."""
+    noise = np.random.default_rng(seed).standard_normal(shape, np.float32)
+    return np.asarray(cv2.GaussianBlur(noise, (0, 0), 0.55) * (1.9 * sigma), np.float32)
+
+
+def refract(
+    image: FloatArray, layer: Layer, gain: FloatArray, light: Light, finish: Finish, to_light: DoubleArray
+) -> tuple[FloatArray, FloatArray]:
+    """Returns (picture, alpha) with a clear body: the background bent, light gathered opposite the key.
+
+    Args:
+        image: (h, w, 3) sRGB background.
+        layer: the rendered body; its colour is what it reflects.
+        gain: (h, w) from `shadow_gain`; half as strong under water.
+        light: the picture's light.
+        finish: sharpness to match.
+        to_light: (3,) key direction, camera axes.
+    """
+    h, w = image.shape[:2]
+    ground = shadowed(image, 1 - 0.8 * (1 - gain), light)
+    columns = np.flatnonzero((layer.alpha > 0).any(0))
+    reach = 0.5 * max(float(np.ptp(columns)), 1.0) if len(columns) else 1.0
+    normal = cv2.GaussianBlur(layer.normal, (0, 0), 1.0)
+    y, x = np.mgrid[0:h, 0:w].astype(np.float32)
+    bend = np.float32(0.34 * reach) * normal[..., :2]
+    seen = cv2.remap(
+        linear_from_srgb(image),
+        x - bend[..., 0],
+        y - bend[..., 1],
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REFLECT,
+    )
+    facing = np.clip(-normal[..., 2], 0, 1)
+    across = to_light[:2] / max(float(np.linalg.norm(to_light[:2])), 1e-6)
+    side = normal[..., :2] @ across.astype(np.float32)
+    rim = 1 - 0.75 * (1 - facing) ** 3
+    gathered = 1 + 2.2 * np.clip(-side, 0, 1) ** 1.6 * facing**0.3 - 0.55 * np.clip(side, 0, 1)
+    clear = seen * (rim * gathered)[..., None] + layer.color / np.maximum(layer.alpha, 1e-3)[..., None]
+    color, alpha = soften(clear * layer.alpha[..., None], layer.alpha, finish.blur_px)
+    mixed = color + linear_from_srgb(ground) * (1 - alpha[..., None])
+    return np.where(alpha[..., None] > 0, srgb_from_linear(mixed), ground).astype(np.float32), alpha

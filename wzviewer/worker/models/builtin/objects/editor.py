@@ -1,0 +1,165 @@
+"""The built-in ImageEditor (Sec. 3.2): objects from the prompt into I', with exact relief and mask.
+
+``parse`` refuses at once what it does not know; ``apply`` inserts; ``continue_into`` marches the same
+objects again where a deeper level looks at them, so that the zoom shows finer structure.
+"""
+
+import cv2
+import numpy as np
+
+from wzviewer.core.types import FloatArray
+from wzviewer.worker.models.builtin.objects import grammar
+from wzviewer.worker.models.builtin.objects.deeper import march_again
+from wzviewer.worker.models.builtin.objects.grammar import Edit, Request
+from wzviewer.worker.models.builtin.objects.inserting import Check, insert
+from wzviewer.worker.models.builtin.objects.lighting import Light
+from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, unchanged
+from wzviewer.worker.models.builtin.objects.placement import Support
+
+__all__ = ["Edit", "EditResult", "Light", "ObjectEditor", "Placement", "Request", "Support"]
+
+
+class ObjectEditor:
+    """Inserts objects named by a prompt; needs no weights."""
+
+    @staticmethod
+    def parse(prompt: str) -> Edit:
+        """Parses a prompt; see `grammar.parse`.
+
+        Raises:
+            PromptError: at once, for what it does not know.
+        """
+        return grammar.parse(prompt)
+
+    def warm_up(self) -> None:
+        """Compiles the kernels (under a minute, once a machine; later read from disk in a second)."""
+        image = np.full((24, 32, 3), 0.5, np.float32)
+        support = Support(np.zeros((24, 32), np.float32), 1024.0)
+        self.apply(grammar.parse("a ladybug"), image, support, 0)
+
+    def apply(
+        self,
+        edit: Edit,
+        image: FloatArray,
+        geometry: Support,
+        seed: int,
+        check: Check = None,
+        light: Light | None = None,
+    ) -> EditResult:
+        """Inserts the objects of an edit, one after the other.
+
+        Args:
+            edit: from `parse`.
+            image: (h, w, 3) float32 sRGB 0..1, I'.
+            geometry: the support's relief, focal length and rays.
+            seed: of shapes, poses and grain; the same seed gives the same bytes.
+            check: called several times a second; what it raises stops the work.
+            light: the photograph's light; read from `image` if None.
+
+        Raises:
+            whatever `check` raises.
+        """
+        result = unchanged(image)
+        number = 0
+        for request in edit.objects:
+            spots = _spots(request, image.shape[:2], np.random.default_rng([seed, 77]))
+            for centre, width in spots:
+                if check is not None:
+                    check()
+                result = insert(
+                    request,
+                    result,
+                    geometry,
+                    centre,
+                    width,
+                    (seed * 1009 + 31 * number) & 0x7FFFFFFF,
+                    light,
+                    check,
+                )
+                number += 1
+        return result
+
+    def preview(
+        self,
+        edit: Edit,
+        image: FloatArray,
+        geometry: Support,
+        seed: int,
+        check: Check = None,
+        light: Light | None = None,
+    ) -> EditResult:
+        """Does `apply` at a third of the resolution; the result has the full size, softer."""
+        h, w = image.shape[:2]
+        small = (max(w // 3, 16), max(h // 3, 16))
+        factor = small[0] / w
+        relief = cv2.resize(geometry.relief, small, interpolation=cv2.INTER_NEAREST) * np.float32(factor)
+        support = Support(relief, geometry.focal_px * factor, geometry.ray_x, geometry.ray_y)
+        thumb = cv2.resize(image, small, interpolation=cv2.INTER_AREA)
+        return _enlarged(self.apply(edit, thumb, support, seed, check, light), thumb, image)
+
+    def continue_into(
+        self,
+        placements: tuple[Placement, ...],
+        mapping: tuple[float, float, float],
+        image: FloatArray,
+        geometry: Support,
+        seed: int,
+        check: Check = None,
+        parent_factor: float = 8.0,
+    ) -> EditResult | None:
+        """Marches an ancestor's objects again where this deeper image looks at them.
+
+        Args:
+            placements: of the ancestor level.
+            mapping: (x0, y0, factor): pixel p of the ancestor is (p - (x0, y0)) * factor here.
+            image: (h, w, 3) this level's picture, which shows the ancestor's objects enlarged.
+            geometry: this level's support, registered to the ancestor's rendered depth.
+            seed: of the grain.
+            check: as in `apply`.
+            parent_factor: how much finer this image is than its own parent's.
+
+        Returns:
+            the picture with the objects finer; None if none is in view.
+        """
+        result = unchanged(image)
+        for k, placed in enumerate(placements):
+            if placed.name == "image":
+                continue
+            finer = march_again(placed, mapping, result, geometry, seed + k, check, parent_factor)
+            result = finer if finer is not None else result
+        return result if result.object_mask.any() else None
+
+
+def _spots(
+    request: Request, shape: tuple[int, ...], rng: np.random.Generator
+) -> list[tuple[tuple[float, float], float]]:
+    """Returns (centre px, width px) of each copy: one at its place, several apart from each other."""
+    h, w = shape[0], shape[1]
+    centre = (w * (0.5 + request.offset[0]), h * (0.5 + request.offset[1]))
+    if request.count == 1:
+        return [(centre, request.size * w)]
+    width = request.size * w * request.count**-0.5
+    spots: list[tuple[tuple[float, float], float]] = []
+    gap = 1.15 * width
+    while len(spots) < request.count:
+        x, y = rng.uniform(0.14, 0.86) * w, rng.uniform(0.18, 0.82) * h
+        if all(np.hypot(x - sx, y - sy) > gap for (sx, sy), _ in spots):
+            spots.append(((x, y), width * rng.uniform(0.85, 1.15)))
+        gap *= 0.985
+    return sorted(spots, key=lambda s: s[0][1])
+
+
+def _enlarged(small: EditResult, thumb: FloatArray, image: FloatArray) -> EditResult:
+    """Brings a third-size result to full size: the image keeps its own detail where nothing changed."""
+    size = (image.shape[1], image.shape[0])
+    factor = np.float32(image.shape[1] / thumb.shape[1])
+    change = cv2.resize(small.image - thumb, size, interpolation=cv2.INTER_LINEAR)
+    alpha = cv2.resize(small.alpha, size, interpolation=cv2.INTER_LINEAR)
+    inside = cv2.resize(small.image, size, interpolation=cv2.INTER_CUBIC)
+    picture = alpha[..., None] * inside + (1 - alpha[..., None]) * (image + change)
+    relief = cv2.resize(small.object_relief, size, interpolation=cv2.INTER_NEAREST) * factor
+    mask = np.isfinite(relief)
+    shadow = cv2.resize(small.shadow, size, interpolation=cv2.INTER_LINEAR)
+    return EditResult(
+        np.clip(picture, 0, 1).astype(np.float32), relief, mask, alpha, shadow, small.placements
+    )

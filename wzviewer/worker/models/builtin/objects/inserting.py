@@ -1,0 +1,137 @@
+"""Inserting one object into a picture: light, pose, march, shadow, composite, contact."""
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from wzviewer.core.types import FloatArray
+from wzviewer.worker.models.builtin.objects import composite, cutout, grammar, placement
+from wzviewer.worker.models.builtin.objects.bodies import Body, Tint
+from wzviewer.worker.models.builtin.objects.grammar import Request
+from wzviewer.worker.models.builtin.objects.lighting import (
+    Environment,
+    Light,
+    light_from_photo,
+    linear_from_srgb,
+)
+from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged, shifted
+from wzviewer.worker.models.builtin.objects.placement import Plane, Support
+from wzviewer.worker.models.builtin.objects.render import Pose, Scene, ground_shadow, render
+from wzviewer.worker.models.builtin.objects.shading import Setting
+
+Check = Callable[[], object] | None
+
+
+@lru_cache(maxsize=6)
+def body_of(name: str, seed: int, tint: Tint) -> Body:
+    """Returns a body, built once."""
+    return grammar.BUILDERS[name](np.random.default_rng(seed), tint)
+
+
+def insert(
+    request: Request,
+    result: EditResult,
+    geometry: Support,
+    centre: tuple[float, float],
+    width_px: float,
+    seed: int,
+    light: Light | None,
+    check: Check,
+) -> EditResult:
+    """Returns the picture with one more object in it."""
+    light = light or light_from_photo(result.image, centre, 0.5 * width_px)
+    if request.name == "image":
+        return _insert_image(request, result, geometry, centre, width_px, seed, light)
+    body = body_of(request.name, seed, request.tint)
+    pose, plane = placement.pose_on(body, geometry, centre, width_px, np.random.default_rng([seed, 5]))
+    bounce = _surroundings(result.image, centre, width_px)
+    lift = placement.lift_onto(pose, plane)
+    placed = Placement(request.name, seed, request.tint, pose, lift, light, bounce, width_px)
+    h, w = result.image.shape[:2]
+    scene, setting = Scene(body, pose, w, h), setting_of(placed, body)
+    layer = render(scene, setting, check)
+    ground = ground_shadow(scene, setting, _bumps(geometry.relief, plane, width_px), check)
+    gain = composite.shadow_gain(ground, light, layer.alpha)
+    mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
+    relief = np.where(mask, layer.relief + plane_image(lift, (h, w)), np.nan).astype(np.float32)
+    behind = np.fmin(geometry.relief, result.object_relief)
+    relief, shift = placement.settle(relief, mask, behind, pose.size_px)
+    placed = shifted(placed, shift)
+    finish = composite.Finish.of(result.image)
+    if body.refractive:
+        picture, alpha = composite.refract(result.image, layer, gain, light, finish, setting.to_light)
+    else:
+        picture, alpha = composite.composite(result.image, layer, gain, light, finish, seed)
+    return merged(result, picture, relief, mask, alpha, gain, placed)
+
+
+def _insert_image(
+    request: Request,
+    result: EditResult,
+    geometry: Support,
+    centre: tuple[float, float],
+    width_px: float,
+    seed: int,
+    light: Light,
+) -> EditResult:
+    shape = (result.image.shape[0], result.image.shape[1])
+    rgba = cutout.load_cutout(request.path)
+    layer, foot = cutout.card_layer(rgba, shape, centre, width_px, light.exposure)
+    plane = placement.fit_plane(geometry, *centre, 0.6 * width_px)
+    rows = np.nonzero((layer.alpha > 0.5).any(1))[0]
+    height = float(np.ptp(rows) + 1) if len(rows) else 1.0
+    ground = cutout.card_shadow(
+        layer.alpha, foot, (float(light.direction[0]), float(light.direction[1])), height
+    )
+    gain = composite.shadow_gain(ground, light, layer.alpha)
+    mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
+    base = cutout.card_lift(plane, foot, centre[0])
+    relief, _ = placement.settle(
+        layer.relief + np.float32(base), mask, np.fmin(geometry.relief, result.object_relief), width_px
+    )
+    finish = composite.Finish(0.35, composite.Finish.of(result.image).grain)
+    picture, alpha = composite.composite(result.image, layer, gain, light, finish, seed)
+    pose = Pose(np.eye(3), width_px, (*centre, base))
+    placed = Placement("image", seed, request.tint, pose, plane, light, (0.2, 0.2, 0.2), width_px)
+    return merged(result, picture, relief, mask, alpha, gain, placed)
+
+
+def _surroundings(
+    image: FloatArray, centre: tuple[float, float], width_px: float
+) -> tuple[float, float, float]:
+    """Returns the mean linear colour of the picture around a spot."""
+    h, w = image.shape[:2]
+    r = 0.6 * width_px
+    x0, y0 = int(max(centre[0] - r, 0)), int(max(centre[1] - r, 0))
+    patch = image[y0 : int(min(centre[1] + r, h)) : 3, x0 : int(min(centre[0] + r, w)) : 3]
+    mean = linear_from_srgb(patch).reshape(-1, 3).mean(0) if patch.size else np.full(3, 0.2)
+    return float(mean[0]), float(mean[1]), float(mean[2])
+
+
+def setting_of(placed: Placement, body: Body) -> Setting:
+    """Returns the lights and directions that an object is shaded by, at every level."""
+    up = placed.pose.camera_from_object[:, 2]
+    eye = -np.array([*placed.pose.ray, 1.0])
+    bounce = np.asarray(placed.bounce)
+    key = placed.light.above(up)
+    if body.refractive:  # a drop mirrors the sky's brightest part near its rim, not the flash's place
+        key = key * (1.7, 1.7, 0.5)
+        key /= np.linalg.norm(key)
+    return Setting(
+        placed.light, key, eye / np.linalg.norm(eye), up, bounce, Environment(placed.light, bounce)
+    )
+
+
+def plane_image(plane: Plane, shape: tuple[int, int]) -> FloatArray:
+    """Returns (h, w) the relief of a plane."""
+    y, x = np.mgrid[0 : shape[0], 0 : shape[1]]
+    return plane(x + 0.5, y + 0.5).astype(np.float32)
+
+
+def _bumps(relief: FloatArray, plane: Plane, width_px: float) -> FloatArray:
+    """Returns what the support differs from its plane by, where it still is the same surface."""
+    off = relief - plane_image(plane, (relief.shape[0], relief.shape[1]))
+    soft = np.clip(np.nan_to_num(off), -0.12 * width_px, 0.12 * width_px).astype(np.float32)
+    return np.asarray(cv2.GaussianBlur(soft, (0, 0), max(0.008 * width_px, 0.6)), np.float32)

@@ -1,0 +1,186 @@
+"""The marcher: rays against a body's arrays, and how much light reaches a point.
+
+Rays are parallel (a level's field of view is below 8 degrees), given by image position; a tile of
+rays shares the list of primitives whose bounding spheres it can meet.  Kernels hold no lock, so a
+thread pool runs several bands at once; every output row is written by one thread: same bytes
+whatever the number of threads.
+"""
+
+import numpy as np
+from numba import njit
+
+from wzviewer.worker.models.builtin.objects.noise import ENTRY, JIT, smoothstep
+from wzviewer.worker.models.builtin.objects.primitives import FAR, field
+
+LAYERS = 3  # a ray passes this many hair-thin surfaces
+_STEPS = 120
+
+
+@njit(**JIT)
+def _span(
+    P: np.ndarray, ids: np.ndarray, first: int, last: int, o: np.ndarray, d: np.ndarray
+) -> tuple[float, float]:
+    """Returns the ray parameters of the first entry into and the last exit from the bounding spheres."""
+    near, far = FAR, -FAR
+    for q in range(first, last):
+        i = ids[q]
+        x, y, z, r = P[i, 30] - o[0], P[i, 31] - o[1], P[i, 32] - o[2], P[i, 33]
+        b = x * d[0] + y * d[1] + z * d[2]
+        h = r * r - (x * x + y * y + z * z) + b * b
+        if h > 0.0:
+            near, far = min(near, b - h**0.5), max(far, b + h**0.5)
+    return near, far
+
+
+@njit(**JIT)
+def _gradient(
+    P: np.ndarray,
+    ids: np.ndarray,
+    first: int,
+    last: int,
+    p: np.ndarray,
+    eps: float,
+    T: np.ndarray,
+    skip: int,
+    n: np.ndarray,
+) -> None:
+    """Writes the unit normal at p into n: four taps at the corners of a tetrahedron."""
+    n[:] = 0.0
+    for c in range(4):
+        sx = 1.0 if c == 0 or c == 3 else -1.0
+        sy = 1.0 if c == 1 or c == 3 else -1.0
+        sz = 1.0 if c == 2 or c == 3 else -1.0
+        e = eps * 0.577
+        d, _ = field(P, ids, first, last, p[0] + sx * e, p[1] + sy * e, p[2] + sz * e, T, skip)
+        n[0] += sx * d
+        n[1] += sy * d
+        n[2] += sz * d
+    n /= max((n[0] ** 2 + n[1] ** 2 + n[2] ** 2) ** 0.5, 1e-12)
+
+
+@njit(**ENTRY)
+def trace(
+    P: np.ndarray,
+    T: np.ndarray,
+    opacity: np.ndarray,
+    ids: np.ndarray,
+    spans: np.ndarray,
+    rays: np.ndarray,
+    ray_tile: np.ndarray,
+    frame: np.ndarray,
+    px: float,
+    depth: np.ndarray,
+    hit: np.ndarray,
+    normal: np.ndarray,
+) -> None:
+    """Marches rays; up to `LAYERS` hits each, because a hair thinner than a pixel lets light through.
+
+    Args:
+        P: (n, 36) primitives.
+        T: (k, s, s) float32 outlines.
+        opacity: (n,) coverage of a pixel by each primitive, below 1 for hairs.
+        ids: primitive lists of all tiles, one after the other.
+        spans: (tiles, 2) where each tile's list begins and ends in `ids`.
+        rays: (r, 2) image positions.
+        ray_tile: (r,) tile of each ray.
+        frame: (4, 3) object-space origin at image (0, 0), steps per image x and y, unit direction.
+        px: one pixel in body lengths.
+        depth: (r, LAYERS) out, along the ray, body lengths.
+        hit: (r, LAYERS) out, primitive or -1.
+        normal: (r, LAYERS, 3) out.
+    """
+    o, p, n, d = np.zeros(3), np.zeros(3), np.zeros(3), frame[3]
+    for r in range(rays.shape[0]):
+        hit[r, :] = -1
+        first, last = spans[ray_tile[r], 0], spans[ray_tile[r], 1]
+        o[:] = frame[0] + rays[r, 0] * frame[1] + rays[r, 1] * frame[2]
+        t, far = _span(P, ids, first, last, o, d)
+        skip, layer = -1, 0
+        for _ in range(_STEPS):
+            if t > far or layer == LAYERS:
+                break
+            p[:] = o + t * d
+            gap, who = field(P, ids, first, last, p[0], p[1], p[2], T, skip)
+            if gap < 0.25 * px:
+                depth[r, layer], hit[r, layer] = t, who
+                _gradient(P, ids, first, last, p, max(0.7 * px, P[who, 34]), T, skip, n)
+                normal[r, layer] = n
+                layer += 1
+                if opacity[who] > 0.97:
+                    break
+                skip = who
+            t += max(0.92 * gap, 0.2 * px)
+
+
+@njit(**JIT)
+def _nearby(P: np.ndarray, x: float, y: float, z: float, reach: float, ids: np.ndarray) -> int:
+    """Lists into ids the primitives within `reach` of a point; returns how many."""
+    count = 0
+    for i in range(P.shape[0]):
+        dx, dy, dz = x - P[i, 30], y - P[i, 31], z - P[i, 32]
+        r = P[i, 33] + reach
+        if dx * dx + dy * dy + dz * dz < r * r:
+            ids[count] = i
+            count += 1
+    return count
+
+
+@njit(**JIT)
+def _toward_light(
+    P: np.ndarray, p: np.ndarray, light: np.ndarray, wide: float, ids: np.ndarray
+) -> tuple[int, float]:
+    """Lists the primitives near the ray from p to the light; returns (how many, where the last one ends)."""
+    count, end = 0, 0.0
+    for i in range(P.shape[0]):
+        x, y, z = P[i, 30] - p[0], P[i, 31] - p[1], P[i, 32] - p[2]
+        b = x * light[0] + y * light[1] + z * light[2]
+        r = P[i, 33] + wide * max(b, 0.0) + 0.02
+        if b > -r and x * x + y * y + z * z - b * b < r * r:
+            ids[count] = i
+            count += 1
+            end = max(end, b + r)
+    return count, end
+
+
+@njit(**ENTRY)
+def occlude(
+    P: np.ndarray,
+    T: np.ndarray,
+    points: np.ndarray,
+    normals: np.ndarray,
+    light: np.ndarray,
+    px: float,
+    reach: float,
+    out: np.ndarray,
+) -> None:
+    """Writes (share of the sky seen, share of the key light seen) of each point into out (n, 2).
+
+    P holds only what casts shadows: no hairs.
+
+    Four taps along the normal, the support plane included; a cone march toward the light with half
+    angle .14 (penumbra).  `reach` is the length of the first tap's step, body lengths.
+    """
+    ids = np.zeros(P.shape[0], np.int64)
+    soft = 0.14
+    for q in range(points.shape[0]):
+        p, n = points[q], normals[q]
+        total, weight, tap = 0.0, 0.5, reach
+        count = _nearby(P, p[0], p[1], p[2], 14.0 * reach, ids)
+        for _ in range(4):
+            x, y, z = p[0] + tap * n[0], p[1] + tap * n[1], p[2] + tap * n[2]
+            gap, _who = field(P, ids, 0, count, x, y, z, T, -1)
+            gap = min(gap, max(z, 0.0) if n[2] < 0.9 else FAR)
+            total += weight * max(tap - max(gap, 0.0), 0.0) / tap
+            weight *= 0.62
+            tap *= 2.3
+        out[q, 0] = max(1.0 - 0.95 * total, 0.0)
+        count, end = _toward_light(P, p, light, soft, ids)
+        seen, t = 1.0, 5.5 * px
+        for _ in range(56):
+            if t > end or seen < 0.01:
+                break
+            x, y, z = p[0] + t * light[0], p[1] + t * light[1], p[2] + t * light[2]
+            gap, _who = field(P, ids, 0, count, x, y, z, T, -1)
+            seen = min(seen, gap / (soft * t) * 0.5 + 0.5)
+            t += min(max(gap, 0.012 + 0.03 * t), 0.12)
+        out[q, 1] = smoothstep(0.0, 1.0, seen)

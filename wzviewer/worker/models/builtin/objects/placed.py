@@ -1,0 +1,148 @@
+"""What an edit leaves behind: the picture, its objects' geometry, and how each can be marched again."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.worker.models.builtin.objects.bodies import Tint
+from wzviewer.worker.models.builtin.objects.lighting import Light
+from wzviewer.worker.models.builtin.objects.placement import Plane
+from wzviewer.worker.models.builtin.objects.render import Pose
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """One inserted object: enough to march it again at any deeper level.
+
+    Attributes:
+        name: a key of `grammar.BUILDERS`, or "image".
+        seed: of its shape.
+        tint: its colour words.
+        pose: in the image it was inserted into.
+        lift: what is added to its marched relief, a plane in that image.
+        light: the photograph's light there.
+        bounce: (r, g, b) linear light from the support.
+        width_px: its picture's width there.
+    """
+
+    name: str
+    seed: int
+    tint: Tint
+    pose: Pose
+    lift: Plane
+    light: Light
+    bounce: tuple[float, float, float]
+    width_px: float
+
+    def to_dict(self) -> dict[str, object]:
+        """Returns a JSON-able form."""
+        pose, lift = self.pose, self.lift
+        return {
+            "name": self.name,
+            "seed": self.seed,
+            "tint": {
+                "color": self.tint.color,
+                "pattern": self.tint.pattern,
+                "substance": self.tint.substance,
+            },
+            "pose": {
+                "camera_from_object": pose.camera_from_object.tolist(),
+                "size_px": pose.size_px,
+                "position": list(pose.position),
+                "ray": list(pose.ray),
+            },
+            "lift": [lift.x0, lift.y0, lift.at, lift.slope_x, lift.slope_y],
+            "light": self.light.to_dict(),
+            "bounce": list(self.bounce),
+            "width_px": self.width_px,
+        }
+
+    @classmethod
+    def from_dict(cls, data: dict[str, object]) -> "Placement":
+        """Returns the placement that `to_dict` wrote."""
+        pose, tint = data["pose"], data["tint"]
+        assert isinstance(pose, dict)
+        assert isinstance(tint, dict)
+        color = tuple(tint["color"]) if tint["color"] is not None else None
+        rotation = np.asarray(pose["camera_from_object"], np.float64)
+        return cls(
+            name=str(data["name"]),
+            seed=int(data["seed"]),  # type: ignore[call-overload]
+            tint=Tint(color, tint["pattern"], tint["substance"]),  # type: ignore[arg-type]
+            pose=Pose(rotation, pose["size_px"], tuple(pose["position"]), tuple(pose["ray"])),  # type: ignore[arg-type]
+            lift=Plane(*data["lift"]),  # type: ignore[misc]
+            light=Light.from_dict(data["light"]),  # type: ignore[arg-type]
+            bounce=tuple(data["bounce"]),  # type: ignore[arg-type]
+            width_px=float(data["width_px"]),  # type: ignore[arg-type]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class EditResult:
+    """A picture with objects in it.
+
+    Attributes:
+        image: (h, w, 3) float32 sRGB 0..1, the composite I.
+        object_relief: (h, w) float32 native px, relative to the anchor of the support; nan outside.
+        object_mask: (h, w) bool, where an object is in front.
+        alpha: (h, w) float32 coverage by objects.
+        shadow: (h, w) float32, share of its light that the support keeps; 1 is none lost.
+        placements: one for each object, JSON-able by `to_dict`.
+    """
+
+    image: FloatArray
+    object_relief: FloatArray
+    object_mask: BoolArray
+    alpha: FloatArray
+    shadow: FloatArray
+    placements: tuple[Placement, ...] = field(default=())
+
+
+def unchanged(image: FloatArray) -> EditResult:
+    """Returns a picture without objects."""
+    shape = image.shape[:2]
+    nothing = np.full(shape, np.nan, np.float32)
+    return EditResult(
+        image.astype(np.float32),
+        nothing,
+        np.zeros(shape, bool),
+        np.zeros(shape, np.float32),
+        np.ones(shape, np.float32),
+    )
+
+
+def merged(
+    result: EditResult,
+    picture: FloatArray,
+    relief: FloatArray,
+    mask: BoolArray,
+    alpha: FloatArray,
+    gain: FloatArray,
+    placed: Placement,
+) -> EditResult:
+    """Returns a result with one more object, in front of the others."""
+    return EditResult(
+        picture,
+        np.where(mask, relief, result.object_relief).astype(np.float32),
+        result.object_mask | mask,
+        np.maximum(result.alpha, alpha),
+        (result.shadow * gain).astype(np.float32),
+        (*result.placements, placed),
+    )
+
+
+def shifted(placed: Placement, shift: float) -> Placement:
+    """Returns a placement moved along the rays by native px."""
+    lift = placed.lift
+    moved = Plane(lift.x0, lift.y0, lift.at + shift, lift.slope_x, lift.slope_y)
+    return Placement(
+        placed.name,
+        placed.seed,
+        placed.tint,
+        placed.pose,
+        moved,
+        placed.light,
+        placed.bounce,
+        placed.width_px,
+    )

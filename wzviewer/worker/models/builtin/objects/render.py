@@ -1,0 +1,362 @@
+"""From a body and a pose to colour, coverage, relief and shadow: rays in tiles, bands on threads."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
+from wzviewer.worker.models.builtin.objects.bodies import Body
+from wzviewer.worker.models.builtin.objects.march import LAYERS, occlude, trace
+from wzviewer.worker.models.builtin.objects.patterns import evaluate
+from wzviewer.worker.models.builtin.objects.primitives import BEZIER, CARD, CONE
+from wzviewer.worker.models.builtin.objects.shading import Setting, shade
+from wzviewer.worker.models.builtin.objects.terms import OUTPUTS
+
+LongArray = NDArray[np.int64]
+A = TypeVar("A")
+B = TypeVar("B")
+
+TILE = 8
+_BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
+_ROTATED = np.array([[0.125, 0.625], [0.375, 0.125], [0.625, 0.875], [0.875, 0.375]])  # 4-rooks
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """How a body stands in an image.
+
+    Attributes:
+        camera_from_object: (3, 3) rotation.
+        size_px: native pixels in one body length.
+        position: (x, y) image position and z relief, native px, of the body's origin.
+        ray: (x, y) slope of the parallel rays: image offset for a unit of depth.
+    """
+
+    camera_from_object: DoubleArray
+    size_px: float
+    position: tuple[float, float, float]
+    ray: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def stretch(self) -> float:
+        """Length of a ray for a unit of depth."""
+        return float(np.sqrt(1 + self.ray[0] ** 2 + self.ray[1] ** 2))
+
+    def seen_from(self, x0: float, y0: float, factor: float) -> "Pose":
+        """Returns the pose in an image whose pixel is (p - (x0, y0)) * factor."""
+        x, y, z = self.position
+        return replace(
+            self, size_px=self.size_px * factor, position=((x - x0) * factor, (y - y0) * factor, z * factor)
+        )
+
+    def frame(self) -> DoubleArray:
+        """Returns (4, 3): the object-space origin of image (0, 0), steps in x and y, unit direction."""
+        back = self.camera_from_object.T
+        x, y, _ = self.position
+        direction = back @ np.array([self.ray[0], self.ray[1], 1.0]) / self.stretch
+        corner = back @ np.array([-x, -y, 0.0]) / self.size_px
+        return np.stack([corner, back[:, 0] / self.size_px, back[:, 1] / self.size_px, direction])
+
+    def relief(self, depth: DoubleArray) -> DoubleArray:
+        """Returns relief, native px, at ray lengths in body lengths."""
+        return self.position[2] + depth * self.size_px / self.stretch
+
+    def project(self, points: DoubleArray) -> DoubleArray:
+        """Returns image positions (n, 2) of object points (n, 3)."""
+        q = points @ self.camera_from_object.T * self.size_px
+        return q[:, :2] + self.position[:2] - q[:, 2:] * np.asarray(self.ray)
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """A rendered body, before it meets the background.
+
+    Attributes:
+        color: (h, w, 3) linear, premultiplied by alpha.
+        alpha: (h, w) coverage.
+        relief: (h, w) native px, nan outside; of the nearest surface.
+        normal: (h, w, 3) geometric normals, camera axes.
+    """
+
+    color: FloatArray
+    alpha: FloatArray
+    relief: FloatArray
+    normal: FloatArray
+
+
+class Scene:
+    """One body in one pose, prepared for rays: thin parts widened, tiles listed."""
+
+    def __init__(self, body: Body, pose: Pose, width: int, height: int) -> None:
+        self.body, self.pose, self.width, self.height = body, pose, width, height
+        self.px = 1.0 / pose.size_px
+        self.frame = pose.frame()
+        self.primitives, self.opacity = _widened(body.primitives, self.px)
+        self.casters = np.ascontiguousarray(self.primitives[self.primitives[:, 35] > 0.5])
+        self.columns = -(-width // TILE)
+        self.ids, self.spans = self._lists()
+
+    def _lists(self) -> tuple[LongArray, LongArray]:
+        """Bins bounding spheres into tiles; returns (ids, spans) of `march.trace`."""
+        P, rows = self.primitives, -(-self.height // TILE)
+        centre = self.pose.project(P[:, 30:33])
+        reach = P[:, 33] * self.pose.size_px * self.pose.stretch + 1.0
+        meets = np.zeros((rows, self.columns, len(P)), bool)
+        low = np.floor((centre - reach[:, None]) / TILE).astype(int)
+        high = np.floor((centre + reach[:, None]) / TILE).astype(int) + 1
+        for i, ((x0, y0), (x1, y1)) in enumerate(zip(np.maximum(low, 0), np.maximum(high, 0), strict=True)):
+            meets[y0:y1, x0:x1, i] = True
+        tile, ids = np.nonzero(meets.reshape(-1, len(P)))
+        ends = np.cumsum(np.bincount(tile, minlength=rows * self.columns))
+        spans = np.stack([np.concatenate([[0], ends[:-1]]), ends], 1)
+        return np.ascontiguousarray(ids, np.int64), np.ascontiguousarray(spans, np.int64)
+
+    def pixels(self) -> LongArray:
+        """Returns (n, 2) x, y of the pixels in tiles that hold a primitive, tile by tile."""
+        tiles = np.flatnonzero(self.spans[:, 1] > self.spans[:, 0])
+        offset = np.arange(TILE * TILE)
+        x = (tiles % self.columns * TILE)[:, None] + offset % TILE
+        y = (tiles // self.columns * TILE)[:, None] + offset // TILE
+        inside = (x < self.width) & (y < self.height)
+        return np.stack([x[inside], y[inside]], 1).astype(np.int64)
+
+    def march(self, rays: DoubleArray) -> tuple[DoubleArray, LongArray, DoubleArray]:
+        """Returns (depth, hit, normal) of rays (r, 2), see `march.trace`."""
+        at = np.minimum(
+            (rays // TILE).astype(np.int32), [self.columns - 1, len(self.spans) // self.columns - 1]
+        )
+        tile = (at[:, 1] * self.columns + at[:, 0]).astype(np.int64)
+        depth: DoubleArray = np.full((len(rays), LAYERS), np.nan)
+        hit: LongArray = np.full((len(rays), LAYERS), -1, np.int64)
+        normal: DoubleArray = np.zeros((len(rays), LAYERS, 3))
+        trace(
+            self.primitives,
+            self.body.outlines,
+            self.opacity,
+            self.ids,
+            self.spans,
+            rays,
+            tile,
+            self.frame,
+            self.px,
+            depth,
+            hit,
+            normal,
+        )
+        return depth, hit, normal
+
+    def occlusion(self, points: DoubleArray, normals: DoubleArray, to_light: DoubleArray) -> DoubleArray:
+        """Returns (n, 2): shares of sky and key that reach object points."""
+        out = np.ones((len(points), 2))
+        # Short enough for a contact shadow, longer by the pixel's ^.6 so that deep zooms keep theirs.
+        reach = 0.012 * min((self.px / 0.0022) ** 0.6, 2.0)
+        light = self.pose.camera_from_object.T @ to_light
+        occlude(self.casters, self.body.outlines, points, normals, light, self.px, reach, out)
+        return out
+
+
+def render(scene: Scene, setting: Setting, check: Callable[[], object] | None = None) -> Layer:
+    """Renders a body: one ray a pixel, four where its surface, a hair or its outline changes.
+
+    Raises:
+        whatever `check` raises, between bands.
+    """
+    pixels = scene.pixels()
+    first = _bands(scene, setting, pixels + np.float64(0.5), check)
+    layer = _scatter(scene, pixels, first)
+    ids = np.full((scene.height, scene.width), -1, np.int64)
+    ids[pixels[:, 1], pixels[:, 0]] = first[:, 9].astype(np.int64)
+    edges = _edges(ids, layer, scene)
+    y, x = (axis.astype(np.int64) for axis in np.nonzero(edges))
+    if not len(x):
+        return layer
+    corners = np.stack([x, y], 1).astype(np.float64)
+    rays = (corners[:, None, :] + _ROTATED).reshape(-1, 2)
+    samples = _bands(scene, setting, rays, check).reshape(len(x), 4, -1)
+    layer.color[y, x] = samples[:, :, :3].mean(1)
+    layer.alpha[y, x] = samples[:, :, 3].mean(1)
+    return _fill_edges(layer, x, y, samples)
+
+
+def render_mask(scene: Scene) -> tuple[BoolArray, FloatArray]:
+    """Returns (mask, relief) at one ray a pixel, unshaded: for placing and previewing."""
+    pixels = scene.pixels()
+    depth, hit, _ = scene.march(pixels + np.float64(0.5))
+    mask = np.zeros((scene.height, scene.width), bool)
+    relief = np.full((scene.height, scene.width), np.nan, np.float32)
+    x, y = pixels[:, 0], pixels[:, 1]
+    mask[y, x] = hit[:, 0] >= 0
+    relief[y, x] = np.where(hit[:, 0] >= 0, scene.pose.relief(depth[:, 0]), np.nan)
+    return mask, relief
+
+
+def ground_shadow(
+    scene: Scene, setting: Setting, lift_px: FloatArray, check: Callable[[], object] | None = None
+) -> FloatArray:
+    """Returns (h, w, 2) float32: shares of sky and key that reach the support, at half resolution inside.
+
+    Args:
+        scene: the body in its pose.
+        setting: lights.
+        lift_px: (h, w) relief of the real support less that of the plane, native px, + = farther.
+        check: called between bands.
+    """
+    h, w = -(-scene.height // 2), -(-scene.width // 2)
+    rows, columns = np.meshgrid(np.arange(h), np.arange(w), indexing="ij")
+    at = np.stack([columns.ravel() * 2 + 1.0, rows.ravel() * 2 + 1.0], 1)
+    corner, dx, dy, direction = scene.frame
+    origin = corner + at[:, :1] * dx + at[:, 1:] * dy
+    lift = cv2.resize(lift_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None]
+    length = -origin[:, 2:] / direction[2] + np.clip(
+        lift / scene.pose.size_px * scene.pose.stretch, -0.15, 0.15
+    )
+    points = origin + length * direction
+    normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    near = np.linalg.norm(points[:, :2], axis=1) < 2.5
+    out = np.ones((len(points), 2))
+    index = np.flatnonzero(near)
+    chunks = [index[k : k + _BAND] for k in range(0, len(index), _BAND)]
+    parts = _parallel(lambda c: scene.occlusion(points[c], normals[c], setting.to_light), chunks, check)
+    for chunk, part in zip(chunks, parts, strict=True):
+        out[chunk] = part
+    return cv2.resize(
+        out.reshape(h, w, 2).astype(np.float32), (scene.width, scene.height), interpolation=cv2.INTER_LINEAR
+    )
+
+
+def _parallel(work: Callable[[A], B], items: list[A], check: Callable[[], object] | None) -> list[B]:
+    """Maps on threads (the kernels hold no lock) in the order of the items; asks `check` in between."""
+    results: list[B] = []
+    with ThreadPoolExecutor(min(os.cpu_count() or 1, 8)) as pool:
+        pending = [pool.submit(work, item) for item in items]
+        try:
+            for job in pending:
+                if check is not None:
+                    check()
+                results.append(job.result())
+        except BaseException:
+            for job in pending:
+                job.cancel()
+            raise
+    return results
+
+
+def _bands(
+    scene: Scene, setting: Setting, rays: DoubleArray, check: Callable[[], object] | None
+) -> FloatArray:
+    """Returns (r, 10): colour, alpha, relief, normal, spare, nearest primitive of every ray."""
+    chunks = [rays[k : k + _BAND] for k in range(0, len(rays), _BAND)]
+    parts = _parallel(lambda c: _shoot(scene, setting, c), chunks, check)
+    return np.concatenate(parts) if parts else np.zeros((0, 10), np.float32)
+
+
+def _shoot(scene: Scene, setting: Setting, rays: DoubleArray) -> FloatArray:
+    depth, hit, normal = scene.march(np.ascontiguousarray(rays, np.float64))
+    out = np.zeros((len(rays), 10), np.float32)
+    out[:, 4], out[:, 9] = np.nan, hit[:, 0]
+    ray, layer = np.nonzero(hit >= 0)
+    if not len(ray):
+        return out
+    corner, dx, dy, direction = scene.frame
+    points = corner + rays[ray, :1] * dx + rays[ray, 1:] * dy + depth[ray, layer][:, None] * direction
+    color = shade_points(scene, setting, hit[ray, layer], points, normal[ray, layer])
+    clear = np.ones(len(rays), np.float32)
+    for k in range(LAYERS):
+        here = layer == k
+        r = ray[here]
+        cover = clear[r] * scene.opacity[hit[r, k]].astype(np.float32)
+        out[r, :3] += cover[:, None] * color[here]
+        out[r, 3] += cover
+        clear[r] -= cover
+    front = hit[:, 0] >= 0
+    out[front, 4] = scene.pose.relief(depth[front, 0])
+    out[front, 5:8] = normal[front, 0] @ scene.pose.camera_from_object.T
+    return out
+
+
+def shade_points(
+    scene: Scene, setting: Setting, hit: LongArray, points: DoubleArray, normals: DoubleArray
+) -> FloatArray:
+    """Returns (n, 3) linear radiance of object points: material, occlusion, light."""
+    body = scene.body
+    looks, bumped = np.zeros((len(hit), OUTPUTS)), np.zeros((len(hit), 3))
+    points, normals = np.ascontiguousarray(points), np.ascontiguousarray(normals)
+    evaluate(
+        scene.primitives,
+        body.materials,
+        body.outlines,
+        body.cards,
+        hit,
+        points,
+        normals,
+        scene.px,
+        looks,
+        bumped,
+    )
+    occlusion = scene.occlusion(points + 1.5 * scene.px * normals, normals, setting.to_light)
+    rotate = scene.pose.camera_from_object.T
+    rows = body.materials[scene.primitives[hit, 3].astype(int)].astype(np.float32)
+    return shade(
+        looks.astype(np.float32),
+        rows,
+        (bumped @ rotate).astype(np.float32),
+        (normals @ rotate).astype(np.float32),
+        occlusion.astype(np.float32),
+        setting,
+    )
+
+
+def _widened(P: DoubleArray, px: float) -> tuple[DoubleArray, DoubleArray]:
+    """Returns primitives at least a pixel wide, and the share of a pixel that each really covers."""
+    P, opacity = P.copy(), np.ones(len(P))
+    for kind, columns in ((BEZIER, (25, 26)), (CONE, (17, 18))):
+        rows = P[:, 0] == kind
+        radius = P[rows][:, columns]
+        opacity[rows] = np.minimum(1.0, radius.max(1) / (0.5 * px)) if rows.any() else 1.0
+        P[np.ix_(rows, columns)] = np.maximum(radius, 0.5 * px)
+    cards = P[:, 0] == CARD
+    P[cards, 17] = np.maximum(P[cards, 17], 0.35 * px)
+    P[:, 33] += 0.5 * px
+    return P, opacity
+
+
+def _scatter(scene: Scene, pixels: LongArray, samples: FloatArray) -> Layer:
+    shape = (scene.height, scene.width)
+    layer = Layer(
+        np.zeros((*shape, 3), np.float32),
+        np.zeros(shape, np.float32),
+        np.full(shape, np.nan, np.float32),
+        np.zeros((*shape, 3), np.float32),
+    )
+    x, y = pixels[:, 0], pixels[:, 1]
+    layer.color[y, x], layer.alpha[y, x] = samples[:, :3], samples[:, 3]
+    layer.relief[y, x], layer.normal[y, x] = samples[:, 4], samples[:, 5:8]
+    return layer
+
+
+def _edges(ids: LongArray, layer: Layer, scene: Scene) -> BoolArray:
+    """Marks pixels whose 3x3 neighbourhood changes group, brightness or holds a hair."""
+    group = np.where(ids >= 0, scene.primitives[np.maximum(ids, 0), 29] + 1, 0).astype(np.float32)
+    thin = (ids >= 0) & (scene.opacity[np.maximum(ids, 0)] < 0.97)
+    kernel = np.ones((3, 3), np.uint8)
+    changes = cv2.dilate(group, kernel) != cv2.erode(group, kernel)
+    luma = np.sqrt(np.maximum(layer.color.mean(-1), 0))
+    contrast = cv2.dilate(luma, kernel) - cv2.erode(luma, kernel) > 0.35
+    hairs = cv2.dilate(thin.astype(np.uint8), kernel) > 0
+    return np.asarray(changes | hairs | (contrast & (ids >= 0)), bool)
+
+
+def _fill_edges(layer: Layer, x: LongArray, y: LongArray, samples: FloatArray) -> Layer:
+    """Gives pixels that only a sub-ray hit a relief and a normal: those of the nearest hit."""
+    empty = np.isnan(layer.relief[y, x]) & np.isfinite(samples[:, :, 4]).any(1)
+    nearest = np.argmin(np.nan_to_num(samples[empty, :, 4], nan=np.inf), 1)
+    chosen = samples[empty, nearest]
+    layer.relief[y[empty], x[empty]] = chosen[:, 4]
+    layer.normal[y[empty], x[empty]] = chosen[:, 5:8]
+    return layer

@@ -1,0 +1,179 @@
+"""`ViewSynthesizer`: the hidden and the outer part of a picture with depth, as layers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from wzviewer.core.camera import Camera
+from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.worker.models.builtin.views.axis import DepthAxis
+from wzviewer.worker.models.builtin.views.edges import clean_edges, has_steps
+from wzviewer.worker.models.builtin.views.layers import BEHIND, Layer, Original, Surface, background_layer
+from wzviewer.worker.models.builtin.views.outpaint import Canvas, outpaint, unpadded
+from wzviewer.worker.models.builtin.views.smoothing import dilated
+from wzviewer.worker.models.builtin.views.thinning import visible_pixels
+
+NUM_LAYERS = 2
+SHARP_PAD_PX = 20  # pad pixels farther out are emitted at half the resolution
+PAD_STRIDE = 2
+OVERLAP_PX = 2
+MIN_LAYER_PIXELS = 16
+
+
+@dataclass(frozen=True)
+class Completion:
+    """A picture with everything that a neighbouring camera may see beside it.
+
+    Attributes:
+        image: (h, w, 3) float32, the picture, unchanged.
+        relief: (h, w) float32 native px, with sharp steps at the colour edges.
+        layers: hidden and outer pixels, all behind the front in the source view.
+    """
+
+    image: FloatArray
+    relief: FloatArray
+    layers: tuple[Layer, ...]
+
+
+class ViewSynthesizer:
+    """Completes a picture with depth, without network weights.
+
+    Args:
+        seed: default seed of the candidate search.
+    """
+
+    name = "builtin"
+
+    def __init__(self, seed: int = 0) -> None:
+        self.seed = seed
+
+    def complete(
+        self,
+        image: FloatArray,
+        relief: FloatArray,
+        sky: BoolArray | None,
+        camera: Camera,
+        outside: bool,
+        angle_deg: float = 12.0,
+        seed: int | None = None,
+        check: Callable[[], None] | None = None,
+    ) -> Completion:
+        """Adds what cameras within an orbit angle see beside the picture itself.
+
+        Args:
+            image: (h, w, 3) float32 sRGB in [0, 1].
+            relief: (h, w) float32, native px, + farther; finite.
+            sky: (h, w) bool, or None where there is none.
+            camera: of the picture.
+            outside: True to pad the frame too (level 0; deeper levels have their parent around them).
+            angle_deg: largest orbit about the anchor.
+            seed: of the candidate search; the same seed gives the same bytes.
+            check: called every few hundredths of a second; raises to cancel.
+
+        Returns:
+            The completion; without steps and without a pad it has no layers and the relief as given.
+        """
+        axis = DepthAxis.of(camera)
+        gain = float(np.tan(np.deg2rad(angle_deg)))
+        seed = self.seed if seed is None else seed
+        shift = axis.shift_of(relief)
+        clean = clean_edges(shift, image, axis, gain)
+        stepped = has_steps(clean, axis, gain)
+        if not (outside or stepped):
+            return Completion(image, relief, ())
+        relief = np.where(clean == shift, relief, axis.relief_of(clean)).astype(np.float32)
+        sky = np.zeros(shift.shape, np.bool_) if sky is None else _sky_of(sky, clean, shift)
+        frame = Surface(np.ascontiguousarray(image, np.float32), clean, relief, sky)
+        canvas = outpaint(frame, axis, gain, seed, check) if outside else unpadded(frame)
+        surfaces, masks = _background(canvas, axis, gain, seed, check)
+        layers = _layers(canvas, surfaces, masks, axis, camera, angle_deg)
+        return Completion(image, relief, layers)
+
+
+def _sky_of(sky: BoolArray, clean: FloatArray, shift: FloatArray) -> BoolArray:
+    """Moves the sky label (h, w) along with pixels that changed sides."""
+    if not sky.any():
+        return sky
+    horizon = float(np.max(shift[sky]))
+    return np.where(clean == shift, sky, clean <= horizon)
+
+
+def _background(
+    canvas: Canvas, axis: DepthAxis, gain: float, seed: int, check: Callable[[], None] | None
+) -> tuple[list[Surface], list[BoolArray]]:
+    """Returns the canvas and the layers behind it, each with the pixels that exist."""
+    front = canvas.surface
+    original = Original(front.image, axis.log_of(front.shift), canvas.inside)
+    allowed = np.ones(front.shift.shape, np.bool_)
+    surfaces, masks = [front], [allowed]
+    for k in range(NUM_LAYERS):
+        layer, mask = background_layer(
+            surfaces[-1], original, allowed, axis, gain, seed + 10 * (k + 1), check
+        )
+        if np.count_nonzero(mask) < MIN_LAYER_PIXELS:
+            break
+        surfaces.append(layer)
+        masks.append(mask)
+        allowed = dilated(mask, 2)
+    return surfaces, masks
+
+
+def _layers(
+    canvas: Canvas,
+    surfaces: list[Surface],
+    masks: list[BoolArray],
+    axis: DepthAxis,
+    camera: Camera,
+    angle_deg: float,
+) -> tuple[Layer, ...]:
+    """Emits the pad and the visible part of each background layer."""
+    offset = (-canvas.pad_px[0], -canvas.pad_px[1])
+    layers = list(_pad_layers(canvas, axis)) if not canvas.inside.all() else []
+    if len(surfaces) > 1:
+        kept = visible_pixels([s.relief for s in surfaces], masks, offset, camera, angle_deg)
+        for surface, mask in zip(surfaces[1:], kept[1:], strict=True):
+            if mask.any():
+                layers.append(_cropped(surface, mask, offset, 1))
+    return tuple(layers)
+
+
+def _cropped(surface: Surface, mask: BoolArray, offset_px: tuple[int, int], stride: int) -> Layer:
+    """Returns a layer cut to the pixels that exist."""
+    rows, columns = np.nonzero(mask.any(axis=1))[0], np.nonzero(mask.any(axis=0))[0]
+    part = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    origin = (offset_px[0] + stride * int(columns[0]), offset_px[1] + stride * int(rows[0]))
+    image, relief = np.ascontiguousarray(surface.image[part]), np.ascontiguousarray(surface.relief[part])
+    return Layer(image, relief, np.ascontiguousarray(mask[part]), origin, stride)
+
+
+def _pad_layers(canvas: Canvas, axis: DepthAxis) -> tuple[Layer, ...]:
+    """Returns the pad: sharp beside the frame, at half the resolution farther out.
+
+    The parts overlap by a pixel or two, the inner one behind the outer, so that no seam opens.
+    """
+    surface, offset = canvas.surface, (-canvas.pad_px[0], -canvas.pad_px[1])
+    height, width = (n // PAD_STRIDE for n in surface.shift.shape)
+    ring = dilated(~canvas.inside, OVERLAP_PX)
+    relief = np.where(canvas.inside, axis.behind(surface.relief, BEHIND), surface.relief)
+    surface = replace(surface, relief=relief.astype(np.float32))
+    if surface.shift.shape != (height * PAD_STRIDE, width * PAD_STRIDE):
+        return (_cropped(surface, ring, offset, 1),)
+    near = dilated(canvas.inside, SHARP_PAD_PX)
+    far = cv2.resize(near.astype(np.uint8), (width, height), interpolation=cv2.INTER_AREA) == 0
+    near = dilated(~np.repeat(np.repeat(far, PAD_STRIDE, 0), PAD_STRIDE, 1), OVERLAP_PX)
+    image = np.asarray(cv2.resize(surface.image, (width, height), interpolation=cv2.INTER_AREA), np.float32)
+    pick = np.s_[::PAD_STRIDE, ::PAD_STRIDE]
+    coarse = Surface(image, surface.shift[pick], surface.relief[pick], surface.sky[pick])
+    return (_cropped(surface, near & ring, offset, 1), _cropped(coarse, np.asarray(far), offset, PAD_STRIDE))
+
+
+def warm_up() -> None:
+    """Compiles every kernel of this package on a tiny scene, so that the first real call is quick."""
+    size = 96
+    image = np.tile(np.linspace(0, 1, size, dtype=np.float32)[None, :, None], (size, 1, 3))
+    relief = np.full((size, size), 60.0, np.float32)
+    relief[30:60, 30:60] = -40.0
+    camera = Camera.initial(size, size, 100.0)
+    ViewSynthesizer().complete(np.ascontiguousarray(image), relief, None, camera, outside=True)

@@ -1,0 +1,197 @@
+"""Stage 1 (Algorithm 1, lines 11-19): the new scale image.
+
+``O = render(E_i, C_{i+1})`` is rendered at the parent's own resolution: more pixels would hold no
+more than the parent has.  ``S`` is the description that the parent's stage 1 kept.  Super-resolution
+makes ``I'``; a prompt edits it into ``I``.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import cv2
+import numpy as np
+
+from wzviewer.core.anchor import AnchoredView, LevelFrame
+from wzviewer.core.camera import Camera
+from wzviewer.core.scene import Level
+from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.worker.draft import Draft, visible_parts
+from wzviewer.worker.levels import context_of
+from wzviewer.worker.models.base import Synthesizer
+from wzviewer.worker.models.builtin.detail.describe import Context
+from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Support
+from wzviewer.worker.rasterize import render
+
+MIN_SIDE_PX = 8  # of an observation
+SKY_RELIEF_SHARE = 0.5  # a point this close to the depth of the sky counts as sky
+
+Check = Callable[[], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """O_{i+1}: what the chain of levels shows at the new camera, at the parent's resolution.
+
+    Attributes:
+        path: the levels from the root to E_i.
+        camera: C_{i+1}.
+        frame: the new level's frame, anchored at the median depth of the view.
+        image: O, (h', w', 3) float32 in [0, 1]; holes filled.
+        relief: target depth in the *new* native pixels, (h', w') float32; nan where undefined.
+        sky: (h', w') bool.
+    """
+
+    path: Sequence[Level]
+    camera: Camera
+    frame: LevelFrame
+    image: FloatArray
+    relief: FloatArray
+    sky: BoolArray
+
+
+def observe(path: Sequence[Level], camera: Camera) -> Observation:
+    """Renders O_{i+1} and the target depth (lines 12 and 20)."""
+    parent = path[-1]
+    ratio = parent.camera.focal_px / camera.focal_px
+    size = [max(MIN_SIDE_PX, round(s * ratio)) for s in (camera.width, camera.height)]
+    small = camera.resampled(size[0], size[1])
+    anchor_depth = float(camera.to_camera(parent.frame.origin)[2])
+    anchor = (anchor_depth, parent.frame.unit)
+    seen = render(visible_parts(path, small), small, depth_anchor=anchor)
+    relief = seen.relief.astype(np.float64)
+    middle = _central_median(relief)
+    frame = LevelFrame.of_camera(camera, anchor_depth + middle * parent.frame.unit)
+    own = ((relief - middle) * (parent.frame.unit / frame.unit)).astype(np.float32)
+    image = _filled(seen.color, seen.coverage)
+    return Observation(path, camera, frame, image, own, _sky(path, relief, anchor))
+
+
+def _central_median(relief: FloatArray | Any) -> float:  # noqa: ANN401
+    h, w = relief.shape
+    middle = relief[h // 4 : h - h // 4, w // 4 : w - w // 4]
+    values = middle[np.isfinite(middle)]
+    if not len(values):
+        values = relief[np.isfinite(relief)]
+    return float(np.median(values)) if len(values) else 0.0
+
+
+def _filled(color: FloatArray, coverage: FloatArray) -> FloatArray:
+    """Holes of an observation are filled from their surroundings: push-pull over a pyramid."""
+    weight = np.clip(coverage, 0.0, 1.0)[..., None].astype(np.float32)
+    filled = color.astype(np.float32)  # premultiplied over black
+    levels = []
+    while min(filled.shape[:2]) > 2:
+        levels.append((filled, weight))
+        half = (max(1, filled.shape[1] // 2), max(1, filled.shape[0] // 2))
+        filled = cv2.resize(filled, half, interpolation=cv2.INTER_AREA)
+        weight = cv2.resize(weight, half, interpolation=cv2.INTER_AREA)[..., None]
+    result = filled / np.maximum(weight, np.float32(1e-4))
+    for fine, fine_weight in reversed(levels):
+        size = (fine.shape[1], fine.shape[0])
+        below = cv2.resize(result, size, interpolation=cv2.INTER_LINEAR)
+        result = fine + (1.0 - fine_weight) * below
+    return np.clip(result, 0.0, 1.0).astype(np.float32)
+
+
+def _sky(path: Sequence[Level], relief: Any, anchor: tuple[float, float]) -> BoolArray:  # noqa: ANN401
+    root = path[0]
+    sky = root.maps.get("sky")
+    if sky is None or not np.any(sky):
+        return np.zeros(relief.shape, bool)
+    sky_depth = float(np.nanmedian(root.depth[sky.astype(bool)]))
+    depth = anchor[0] + relief * anchor[1]
+    return np.asarray(np.nan_to_num(depth) > SKY_RELIEF_SHARE * sky_depth)
+
+
+def preview_image(seen: Observation, models: Synthesizer, seed: int) -> Draft:
+    """A first, quick I': seen within a second, replaced later."""
+    width, height = seen.camera.width, seen.camera.height
+    context, region = _context(seen)
+    shared = (context, region, seed, len(seen.path))
+    image = models.detail.preview(seen.image, width, height, *shared)
+    return _draft(seen, image)
+
+
+def upscale_image(seen: Observation, models: Synthesizer, seed: int, check: Check) -> Draft:
+    """I' = SR(O, S) (lines 13 and 14)."""
+    width, height = seen.camera.width, seen.camera.height
+    context, region = _context(seen)
+    shared = (context, region, len(seen.path), seed)
+    detail = models.detail.upscale(seen.image, width, height, *shared, check=check)
+    own = models.detail.describe(detail.image, context, detail)
+    extra = {"relief_texture": detail.relief_texture, "observation": seen}
+    notes = {"consistency_db": float(detail.consistency_db)}
+    return replace(_draft(seen, detail.image), context=own, extra=extra, notes=notes)
+
+
+def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: Check) -> Draft:
+    """I = Edit(I', U) (lines 15-19); objects of coarser levels are drawn again, finer."""
+    camera = draft.camera
+    ray = ((camera.width / 2 - camera.cx) / camera.fx, (camera.height / 2 - camera.cy) / camera.fy)
+    support = Support(draft.relief, camera.focal_px, *ray)
+    for level in draft.path:
+        draft = _continued(draft, level, models, support, seed, check)
+    if not edit.objects:
+        return draft
+    result = models.editor.apply(edit, draft.image, support, seed, check=check)
+    placements = [placement.to_dict() for placement in result.placements]
+    draft = _with_objects(draft, result)
+    return replace(draft, notes={**draft.notes, "placements": placements})
+
+
+def _continued(
+    draft: Draft, level: Level, models: Synthesizer, support: Support, seed: int, check: Check
+) -> Draft:
+    records = level.notes.get("placements")
+    if not records:
+        return draft
+    placements = tuple(Placement.from_dict(record) for record in records)
+    mapping = _mapping(level.camera, draft.camera)
+    factor = draft.camera.focal_px / draft.path[-1].camera.focal_px
+    shared = (placements, mapping, draft.image, support, seed)
+    result = models.editor.continue_into(*shared, check=check, parent_factor=factor)
+    return draft if result is None else _with_objects(draft, result)
+
+
+def _mapping(ancestor: Camera, camera: Camera) -> tuple[float, float, float]:
+    """(x0, y0, factor): this image's pixel is (ancestor's pixel - (x0, y0)) * factor."""
+    factor = camera.focal_px / ancestor.focal_px
+    return ancestor.cx - camera.cx / factor, ancestor.cy - camera.cy / factor, factor
+
+
+def _with_objects(draft: Draft, result: EditResult) -> Draft:
+    """Takes the edited image; of objects over each other the nearer one is seen."""
+    mask, relief = result.object_mask, result.object_relief
+    if "object_mask" in draft.extra:
+        relief = np.fmin(relief, draft.extra["object_relief"])
+        mask = mask | draft.extra["object_mask"]
+    extra = {**draft.extra, "object_mask": mask, "object_relief": relief}
+    return replace(draft, image=result.image, extra=extra)
+
+
+def _context(seen: Observation) -> tuple[Context, tuple[float, float, float, float]]:
+    """S: what stage 1 of the parent knew, and where in its image the new view lies."""
+    parent = seen.path[-1]
+    view = AnchoredView.expand(parent.camera, seen.frame)
+    w, h = seen.camera.width, seen.camera.height
+    corners = np.array([[-w / 2, -h / 2, 0], [w / 2, h / 2, 0]], np.float32)
+    low, high = view.project(corners) / np.array([parent.camera.width, parent.camera.height], np.float32)
+    region = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+    return context_of(parent), region
+
+
+def _draft(seen: Observation, image: FloatArray) -> Draft:
+    size = (seen.camera.width, seen.camera.height)
+    sky = cv2.resize(seen.sky.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST).astype(bool)
+    relief = _enlarged(seen.relief, size)
+    return Draft(seen.camera, seen.frame, seen.path, image, relief, sky, extra={"observation": seen})
+
+
+def _enlarged(relief: FloatArray, size: tuple[int, int]) -> FloatArray:
+    """Smooth enlargement of a target depth; nan where it is undefined."""
+    known = np.isfinite(relief)
+    fallback = np.float32(np.median(relief[known])) if known.any() else np.float32(0.0)
+    large = cv2.resize(np.where(known, relief, fallback), size, interpolation=cv2.INTER_LINEAR)
+    mask = cv2.resize(known.astype(np.float32), size, interpolation=cv2.INTER_LINEAR) > 0.5
+    return np.where(mask, large, np.float32(np.nan)).astype(np.float32)

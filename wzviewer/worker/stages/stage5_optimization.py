@@ -1,0 +1,138 @@
+"""Stage 5, lines 29-31 of Algorithm 1: E_{i+1} from partial surfels and the images that show them.
+
+Adam on orientation, scales and opacity; positions, colours and s_native stay (paper, Sec. 3.1).  A view
+on the pixel grid of C alone would be overfitted: surfels shrink onto the grid and holes open as soon as
+the camera moves.  So C alternates with neighbours and with views off the grid::
+
+    with neighbours      C  N1  x2 crop   C  N2  x2 crop   ...
+    without              C  shifted by half a pixel   C  x2 crop   ...
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from wzviewer.core.anchor import LevelFrame
+from wzviewer.core.camera import Camera
+from wzviewer.core.surfels import Surfels
+from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.worker.kernels import adam
+from wzviewer.worker.kernels.elementary import KERNELS
+from wzviewer.worker.objective import Gradients, PreparedView, SurfelObjective
+
+STEPS, COLOR_STEPS = 12, 2
+RATE_OPACITY, RATE_LOG_SCALE, RATE_QUAT = 0.2, 0.03, 0.01
+CROP_FACTOR = 2.0
+CROP_CENTRES = ((0.25, 0.25), (0.75, 0.75), (0.75, 0.25), (0.25, 0.75))
+
+
+@dataclass(frozen=True, eq=False)
+class TargetView:
+    """A neighbouring view that the surfels are to reproduce.
+
+    Attributes:
+        camera: C_{i+1}^k.
+        target: I_{i+1}^k, (h, w, 3) float32 sRGB.
+        mask: (h, w) true where the target is known; None for everywhere.
+    """
+
+    camera: Camera
+    target: FloatArray
+    mask: BoolArray | None = None
+
+
+def optimize(
+    surfels: Surfels,
+    image: FloatArray,
+    camera: Camera,
+    frame: LevelFrame,
+    views: Sequence[TargetView] = (),
+    steps: int = STEPS,
+    color_steps: int = COLOR_STEPS,
+    on_step: Callable[[int, int], None] | None = None,
+) -> Surfels:
+    """OptimizeSurfels of Algorithm 1 (lines 30-31).
+
+    Args:
+        surfels: E_{i+1}, partial: stage 3 and the layers of stage 4.
+        image: I_{i+1}, (h, w, 3) float32 sRGB.
+        camera: C_{i+1}.
+        frame: the level's local frame.
+        views: I_{i+1}^k with their cameras.
+        steps: of Adam, one view each.
+        color_steps: closed-form steps on the colours at C_{i+1} afterwards; 0 keeps them, as the paper.
+        on_step: called as (done, total) before each step; may raise `Cancelled`.
+
+    Returns:
+        The surfels with new quats, scales, opacities (and colors), in the same order.
+    """
+    if len(surfels) == 0:
+        return surfels
+    objective = SurfelObjective(surfels, frame)
+    source = TargetView(camera, image)
+    schedule = view_schedule(source, views, steps)
+    prepared: dict[int, PreparedView] = {}
+    state = _AdamState(objective)
+    for step, view in enumerate(schedule):
+        if on_step is not None:
+            on_step(step, steps + color_steps)
+        if id(view) not in prepared:
+            prepared[id(view)] = objective.prepare(view.camera, view.target, view.mask)
+        _, gradients = objective.render_with_gradient(prepared[id(view)])
+        state.update(gradients)
+    for step in range(color_steps):
+        if on_step is not None:
+            on_step(steps + step, steps + color_steps)
+        objective.step_colors(prepared.get(id(source)) or objective.prepare(camera, image))
+    return objective.result()
+
+
+def view_schedule(source: TargetView, views: Sequence[TargetView], steps: int) -> list[TargetView]:
+    """Returns the view of every step; equal views are the same object (module docstring)."""
+    crops = [_same_pose(source, source.camera.zoomed_to_region(x, y, CROP_FACTOR)) for x, y in CROP_CENTRES]
+    rounds: list[tuple[TargetView, ...]]
+    if views:
+        rounds = [(source, views[k % len(views)], crops[k % 4]) for k in range(steps // 3 + 1)]
+    else:
+        camera = source.camera
+        shifted = _same_pose(source, replace(camera, cx=camera.cx + 0.5, cy=camera.cy + 0.5))
+        rounds = [(source, shifted, source, crops[k % 4]) for k in range(steps // 4 + 1)]
+    return [view for turn in rounds for view in turn][:steps]
+
+
+def _same_pose(source: TargetView, camera: Camera) -> TargetView:
+    """Resamples an image for a camera that shares its pose: bicubic, unknown outside of the image."""
+    known = source.camera
+    ratio_x, ratio_y = known.fx / camera.fx, known.fy / camera.fy
+    # cv2 counts from pixel centres: known_px = ratio (px - c) + c_known, less one half
+    shift_x = ratio_x * (0.5 - camera.cx) + known.cx - 0.5
+    shift_y = ratio_y * (0.5 - camera.cy) + known.cy - 0.5
+    known_from_new = np.array([[ratio_x, 0.0, shift_x], [0.0, ratio_y, shift_y]])
+    size = (camera.width, camera.height)
+    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    target = cv2.warpAffine(source.target, known_from_new, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    x = ratio_x * np.arange(camera.width) + shift_x
+    y = ratio_y * np.arange(camera.height) + shift_y
+    inside = ((x >= 0) & (x <= known.width - 1))[None, :] & ((y >= 0) & (y <= known.height - 1))[:, None]
+    return TargetView(camera, np.clip(target, 0.0, 1.0), inside)
+
+
+class _AdamState:
+    """Moments of Adam for the three variables of an objective."""
+
+    def __init__(self, objective: SurfelObjective) -> None:
+        self._values = [objective.quats, objective.log_scales, objective.x]
+        self._moments = [(np.zeros(v.size, np.float32), np.zeros(v.size, np.float32)) for v in self._values]
+        self._step = 0
+
+    def update(self, gradients: Gradients) -> None:
+        """Moves the objective's variables in place."""
+        self._step += 1
+        bias = (1.0 - adam.BETA_1**self._step, 1.0 - adam.BETA_2**self._step)
+        slopes = (gradients.quats, gradients.log_scales, gradients.x)
+        rates = (RATE_QUAT, RATE_LOG_SCALE, RATE_OPACITY)
+        with KERNELS:
+            for value, slope, moments, rate in zip(self._values, slopes, self._moments, rates, strict=True):
+                adam.adam_step(value.ravel(), slope.ravel(), *moments, rate, *bias)

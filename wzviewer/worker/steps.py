@@ -1,0 +1,72 @@
+"""Stages 2, 4 and 5 applied to a draft: what each stage's function needs is taken from it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from wzviewer.core.surfels import Surfels
+from wzviewer.core.types import FloatArray
+from wzviewer.worker.draft import Draft
+from wzviewer.worker.levels import finite_relief, layer_surfels, sky_of
+from wzviewer.worker.models.base import Synthesizer
+from wzviewer.worker.stages.stage2_depth_registration import register
+from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
+from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
+from wzviewer.worker.stages.stage5_optimization import TargetView, optimize
+
+Check = Callable[[], None]
+
+
+def register_depth(draft: Draft, models: Synthesizer, seed: int, check: Check) -> Draft:
+    """Stage 2: D_{i+1} agrees with the coarser level (lines 21, 22; Eq. 5)."""
+    focal_px = draft.camera.focal_px
+    reading = models.depth.read(draft.image)
+    check()
+    registration = register(
+        draft.image,
+        parallax_of(draft.relief, focal_px),
+        reading.disparity,
+        focal_px=focal_px,
+        object_relief=draft.extra.get("object_relief"),
+        object_mask=draft.extra.get("object_mask"),
+        relief_texture=draft.extra.get("relief_texture"),
+        sky=sky_of(draft),
+        seed=seed,
+        check=check,
+    )
+    relief = relief_of(registration.parallax, focal_px)
+    return replace(draft, relief=relief, notes={**draft.notes, "registration": registration.report})
+
+
+def parallax_of(relief: FloatArray, focal_px: float) -> FloatArray:
+    """Q = -delta / (1 + delta / f): relief to what is affine in inverse depth, both in native px."""
+    return (-relief / (np.float32(1.0) + relief / np.float32(focal_px))).astype(np.float32)
+
+
+def relief_of(parallax: FloatArray, focal_px: float) -> FloatArray:
+    """The inverse of `parallax_of`."""
+    return (-parallax / (np.float32(1.0) + parallax / np.float32(focal_px))).astype(np.float32)
+
+
+def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, outside: bool) -> Draft:
+    """Stage 4: what neighbouring cameras see behind edges and beside the frame (lines 26-28)."""
+    relief = finite_relief(draft.relief)
+    depth = float(draft.camera.to_camera(draft.frame.origin)[2])
+    views = synthesize_auxiliary_views(
+        draft.image, relief, sky_of(draft), draft.camera, depth, outside, models.views, seed=seed, check=check
+    )
+    extra = {**draft.extra, "neighbours": views.cameras}
+    return replace(draft, relief=views.relief, layers=views.layers, extra=extra)
+
+
+def optimize_level(draft: Draft, check: Check) -> Surfels:
+    """Stage 5: q, s and o of the front surfels; the layers behind it stay as lifted (lines 29-31)."""
+    front = generate_surfels(draft.image, draft.relief, draft.camera)
+    views = []
+    for camera in draft.extra["neighbours"][:2]:
+        target, known = warp_view(draft.image, draft.relief, (), draft.camera, camera)
+        views.append(TargetView(camera, target, known))
+        check()
+    front = optimize(front, draft.image, draft.camera, draft.frame, views, on_step=lambda *_: check())
+    return Surfels.concatenate([front, *layer_surfels(draft)])
