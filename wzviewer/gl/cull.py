@@ -1,0 +1,130 @@
+"""Which chunks of a level can contribute to a frame: pure functions over their boxes.
+
+A chunk is skipped when all its footprints lie outside the image, or when Eq. 3 gives every point of
+its box weight 0.  Both tests look at the eight corners only, and are exact bounds: D(u) is affine,
+and a log ratio of two such depths is quasi-linear, so its extremes over a box are at corners; the
+image of a box in front of a camera is the hull of its corners' images.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wzviewer.core.anchor import DEPTH_FLOOR, AnchoredView
+from wzviewer.core.constants import ALPHA_CUT, LOW_PASS_PX2
+from wzviewer.core.opacity import Cover, Modulation
+from wzviewer.core.surfels import Surfels
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
+from wzviewer.gl.blocks import side_of
+
+EXTENT_SIGMAS = float(np.sqrt(2.0 * np.log(1.0 / ALPHA_CUT)))  # of the most opaque surfel
+MARGIN_PX = 1.0  # rounding of float32 at the border
+
+
+@dataclass(frozen=True, eq=False)
+class ChunkBounds:
+    """Boxes of the chunks of one level.
+
+    Attributes:
+        corners: (c, 8, 3) float64, of the boxes around the means, local.
+        sigmas: (c,) largest standard deviation, local.
+        coverage: (c,) largest stored coverage.
+    """
+
+    corners: DoubleArray
+    sigmas: FloatArray
+    coverage: FloatArray
+
+    @classmethod
+    def of_surfels(cls, surfels: Surfels, chunk_surfels: int) -> "ChunkBounds":
+        """Measures consecutive chunks of a level."""
+        starts = np.arange(0, len(surfels), chunk_surfels)
+        low = np.minimum.reduceat(surfels.means, starts, axis=0).astype(np.float64)
+        high = np.maximum.reduceat(surfels.means, starts, axis=0).astype(np.float64)
+        pick = np.array([[(k >> axis) & 1 for axis in range(3)] for k in range(8)], bool)
+        corners = np.where(pick, high[:, None], low[:, None])
+        sigmas = np.maximum.reduceat(surfels.scales.max(1), starts)
+        return cls(corners, sigmas, np.maximum.reduceat(surfels.coverage, starts))
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+
+def every(test: BoolArray) -> BoolArray:
+    """Whether a test holds at all corners, (c, 8) -> (c,)."""
+    return np.asarray(test.all(axis=1))
+
+
+def depths(view_row: DoubleArray, corners: DoubleArray) -> DoubleArray:
+    """D(u) of corners (..., 3) for a ``(g, base)`` row."""
+    return 1.0 + corners @ view_row[:3]
+
+
+def chunk_radii_px(bounds: ChunkBounds, view: AnchoredView) -> DoubleArray:
+    """Upper bound of the footprint radius in each chunk, px, (c,); inf where one reaches the camera."""
+    side = side_of(view)
+    D: DoubleArray = side * depths(view.rows[2], bounds.corners)
+    nearest = np.maximum(D.min(1), DEPTH_FLOOR)
+    g = np.linalg.norm(view.rows[2, :3])
+    stretch = np.zeros(len(bounds))
+    for row in view.rows[:2]:  # |d p / d u| <= (|gx| + |q| |g|) / D
+        q = np.abs(bounds.corners @ row[:3] / np.maximum(D, DEPTH_FLOOR)).max(1)
+        stretch += ((np.linalg.norm(row[:3]) + q * g) / nearest) ** 2
+    radius = EXTENT_SIGMAS * np.sqrt(bounds.sigmas.astype(np.float64) ** 2 * stretch + LOW_PASS_PX2)
+    return np.where(D.min(1) > DEPTH_FLOOR, radius, np.inf)
+
+
+def in_frustum(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]) -> BoolArray:
+    """Whether a chunk may touch the image, (c,)."""
+    side = side_of(view)
+    D = depths(view.rows[2], bounds.corners)
+    back: BoolArray = np.less_equal(side * D, DEPTH_FLOOR)
+    behind, crossing = every(back), ~every(~back)
+    radius = chunk_radii_px(bounds, view) + MARGIN_PX
+    outside: BoolArray = np.zeros(len(bounds), bool)
+    for row, size in zip(view.rows[:2], size_px, strict=True):
+        at = bounds.corners @ row[:3] / np.where(crossing[:, None], 1.0, D) + row[3]
+        outside = outside | every(at < -radius[:, None]) | every(at > size + radius[:, None])
+    return ~behind & (crossing | ~outside)
+
+
+def log_ratio(upper: DoubleArray, lower: DoubleArray, corners: DoubleArray) -> DoubleArray:
+    """log2 of the ratio of two pixel scales at corners, (c, 8); nan where one is undefined."""
+    D_upper, D_lower = depths(upper, corners), depths(lower, corners)
+    good = (D_upper > DEPTH_FLOOR) & (D_lower > DEPTH_FLOOR)
+    ratio = np.where(good, D_upper, np.nan) / np.where(good, D_lower, np.nan)
+    return upper[3] - lower[3] + np.log2(ratio)
+
+
+def weightless(bounds: ChunkBounds, view: AnchoredView, modulation: Modulation) -> BoolArray:
+    """Whether w = 0 is certain for a whole chunk, (c,)."""
+    nothing: BoolArray = np.array(bounds.coverage <= 0.0)
+    if view.depth <= 0.0:
+        return nothing
+    if modulation.parent_rows is not None:  # t = 0: coarser than the parent everywhere
+        nothing = nothing | every(log_ratio(view.rows[2], modulation.parent_rows, bounds.corners) >= 0.0)
+    for cover in modulation.covers:
+        nothing = nothing | _covered(bounds, view, cover)
+    return nothing
+
+
+def unmodulated(bounds: ChunkBounds, view: AnchoredView, modulation: Modulation) -> BoolArray:
+    """Whether w = 1 is certain for a whole chunk, (c,): of the root, seen no finer than its own scale."""
+    whole: BoolArray = np.full(len(bounds), modulation.parent_rows is None and view.depth > 0.0)
+    for cover in modulation.covers:  # t = 0
+        whole = whole & every(log_ratio(view.rows[2], cover.parent_rows, bounds.corners) >= 0.0)
+    return whole
+
+
+def _covered(bounds: ChunkBounds, view: AnchoredView, cover: Cover) -> BoolArray:
+    """Whether m = 1 and t = 1 of a cover hold in a whole chunk."""
+    if cover.view.depth <= 0.0:
+        return np.zeros(len(bounds), bool)
+    finer = every(log_ratio(view.rows[2], cover.view.rows[2], bounds.corners) <= 0.0)
+    D = depths(cover.view.rows[2], bounds.corners)
+    inside = every(D > DEPTH_FLOOR)
+    width, height, feather = cover.size_px
+    for row, size in zip(cover.view.rows[:2], (width, height), strict=True):
+        at = bounds.corners @ row[:3] / np.where(D > DEPTH_FLOOR, D, np.inf) + row[3]
+        inside = inside & every((at >= feather) & (at <= size - feather))
+    return finer & inside
