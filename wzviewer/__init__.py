@@ -12,3 +12,18 @@
 """
 
 __version__ = "0.1.0"
+
+__all__ = ["Renderer", "Scene", "__version__", "generate"]
+
+
+def __getattr__(name: str) -> object:
+    # Imported on first use, so that `import wzviewer` and `wzviewer --help` are instant.
+    if name in ("generate", "Renderer"):
+        from wzviewer import api
+
+        return getattr(api, name)
+    if name == "Scene":
+        from wzviewer.core.scene import Scene
+
+        return Scene
+    raise AttributeError(f"module 'wzviewer' has no attribute {name!r}")

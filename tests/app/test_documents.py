@@ -1,0 +1,132 @@
+"""Opening, saving, closing."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.app.fakes import FakeDialogs, checker, fake_services, make_scene, state_with
+from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply
+from wzviewer.app.documents import demo_photo
+from wzviewer.app.services import Services
+from wzviewer.app.state import empty_state
+from wzviewer.core.files import load_scene, save_scene
+from wzviewer.core.photos import encode_png
+
+
+@pytest.fixture
+def services():
+    return fake_services()
+
+
+@pytest.fixture
+def photo(tmp_path):
+    path = tmp_path / "photo.png"
+    path.write_bytes(encode_png(checker(320, 200)))
+    return path
+
+
+def unsaved():
+    state = state_with(make_scene(2))
+    state.scene.hide(1)
+    assert state.is_dirty
+    return state
+
+
+def test_a_photo_is_on_the_screen_at_once(services, photo):
+    state = apply(services, empty_state(640, 420), [cmd.Open(photo)])
+    assert state.photo.shape == (200, 320, 3)
+    assert state.name == "photo.png"
+    assert state.job.kind == "photo"
+    assert services.client.calls[-1][0] == "reconstruct"
+
+
+def test_a_scene_is_opened_and_is_clean(services, tmp_path):
+    path = tmp_path / "s.wz"
+    scene = make_scene(3)
+    scene.hide(2)
+    save_scene(scene, path)
+    state = apply(services, empty_state(640, 420), [cmd.Open(path)])
+    assert len(state.scene) == 3
+    assert not state.is_dirty
+    assert state.undone == (2,)
+    assert services.client.calls[-1] == ("load", 3)
+    assert state.view.magnification == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["missing.png", "missing.wz", "notes.txt"])
+def test_a_bad_file_is_a_notice_and_keeps_the_document(services, tmp_path, name):
+    (tmp_path / "notes.txt").write_text("hello")
+    before = state_with(make_scene(1))
+    state = apply(services, before, [cmd.Open(tmp_path / name)])
+    assert state.toasts[-1].kind == "error"
+    assert state.scene is before.scene
+
+
+def test_saving_asks_for_a_path_by_text_where_there_are_no_dialogs(services, tmp_path):
+    state = apply(services, unsaved(), [cmd.Save()])
+    assert state.panels.dialog == "save"
+    target = tmp_path / "out"
+    state = apply(services, state, [cmd.EditPath(str(target)), cmd.ConfirmPath()])
+    assert state.panels.dialog == ""
+    assert not state.is_dirty
+    assert len(load_scene(tmp_path / "out.wz")) == 2
+    (tmp_path / "out.wz").unlink()
+    apply(services, state, [cmd.Save()])  # the second time it knows where
+    assert (tmp_path / "out.wz").exists()
+
+
+def test_system_dialogs_are_used_where_there_are_some(tmp_path):
+    services = Services(fake_services().client, fake_services().renderer, FakeDialogs([]))
+    assert apply(services, unsaved(), [cmd.Save(), cmd.AskOpen()]).panels.dialog == ""
+
+
+def test_a_place_that_cannot_be_written_is_a_notice(services, tmp_path):
+    state = apply(services, unsaved(), [cmd.SaveTo(tmp_path / "no" / "folder" / "x.wz")])
+    assert state.toasts[-1].kind == "error"
+    assert state.is_dirty
+
+
+@pytest.mark.parametrize(("answer", "closes"), [("stay", False), ("discard", True), ("save", True)])
+def test_closing_asks_about_unsaved_levels(services, tmp_path, answer, closes):
+    state = apply(services, unsaved(), [cmd.SaveTo(tmp_path / "s.wz")])
+    state.scene.show(1)
+    state = apply(services, state, [cmd.Close()])
+    assert not state.is_closing
+    assert state.panels.dialog == "unsaved"
+    state = apply(services, state, [cmd.SettleUnsaved(answer)])
+    assert state.is_closing is closes
+    assert len(load_scene(tmp_path / "s.wz").visible()) == (2 if answer == "save" else 1)
+
+
+def test_closing_after_saving_through_the_text_dialog(services, tmp_path):
+    state = apply(services, unsaved(), [cmd.Close(), cmd.SettleUnsaved("save")])
+    assert state.panels.dialog == "save"
+    path = cmd.EditPath(str(tmp_path / "x.wz"))
+    assert apply(services, state, [path, cmd.ConfirmPath()]).is_closing
+    assert not apply(services, state, [cmd.Escape(), cmd.SaveTo(tmp_path / "y.wz")]).is_closing
+
+
+def test_a_clean_document_closes_at_once(services):
+    assert apply(services, state_with(make_scene(2)), [cmd.Close()]).is_closing
+
+
+def test_opening_another_asks_first(services, photo):
+    state = apply(services, unsaved(), [cmd.Open(photo)])
+    assert state.panels.dialog == "unsaved"
+    state = apply(services, state, [cmd.SettleUnsaved("discard")])
+    assert state.name == "photo.png"
+    assert len(state.scene) == 0
+
+
+def test_the_picture_on_screen_is_saved(services, tmp_path):
+    state = apply(services, state_with(make_scene(1)), [cmd.SavePicture(tmp_path / "view")])
+    assert (tmp_path / "view.png").stat().st_size > 100
+    assert state.toasts[-1].kind == "done"
+
+
+def test_the_demo_is_there(services):
+    assert demo_photo() is not None
+    state = apply(services, empty_state(640, 420), [cmd.OpenDemo()])
+    assert state.photo is not None
+    assert Path(state.name).suffix == ".png"

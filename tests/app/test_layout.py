@@ -1,0 +1,44 @@
+"""No two panels share a place, whatever the window."""
+
+from itertools import combinations
+
+import pytest
+
+from wzviewer.app.layout import arrange
+from wzviewer.app.panels.wording import count_text, length_text, magnification_text
+
+
+@pytest.mark.parametrize("size", [(480, 360), (640, 480), (820, 560), (900, 600), (1280, 800), (3840, 2160)])
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
+def test_panels_do_not_overlap(size, scale):
+    if size[0] / scale < 480 or size[1] / scale < 360:
+        pytest.skip("smaller than the smallest window")
+    layout = arrange(*size, scale)
+    standing = {k: getattr(layout, k) for k in ("toolbar", "tree", "prompt", "scale_bar", "status")}
+    for (a, one), (b, other) in combinations(standing.items(), 2):
+        assert not one.overlaps(other), (a, b)
+    for rect in standing.values():
+        assert rect.x >= 0
+        assert rect.right <= size[0]
+        assert rect.bottom <= size[1]
+    assert layout.prompt.width >= 300 * scale or layout.prompt.width >= size[0] - 30 * scale
+    assert not layout.tree.overlaps(layout.statistics)
+
+
+def test_magnifications_read_well():
+    texts = {
+        1.0: "×1.0",
+        7.96: "×8.0",
+        64: "×64",
+        32768: "×32,768",
+        2.1e6: "×2.1 million",
+        8.0**12: "×68.7 billion",
+    }
+    for value, text in texts.items():
+        assert magnification_text(value) == text
+
+
+def test_lengths_and_counts_read_well():
+    texts = {5.0: "5 u", 0.1: "0.1 u", 0.05: "50 mu", 0.001: "1 mu", 2e-6: "2 µu", 5e-13: "500 fu"}
+    assert {length_text(k) for k in texts} == set(texts.values())
+    assert [count_text(n) for n in (512, 83_400, 999_600, 1_234_567)] == ["512", "83 k", "1.0 M", "1.2 M"]

@@ -1,0 +1,142 @@
+"""Panels without a window: state in, commands out."""
+
+from dataclasses import replace
+
+import pytest
+from imgui_bundle import imgui
+
+from tests.app.fakes import make_scene, state_with
+from wzviewer.app import commands as cmd
+from wzviewer.app.keys import BINDINGS
+from wzviewer.app.layout import arrange
+from wzviewer.app.panels.help import COLUMNS, rows_of
+from wzviewer.app.panels.tree import title_of, tree_rows
+from wzviewer.app.state import Job, Panels, StageNote, empty_state
+
+CENTRE = (640, 400)
+
+
+def making(state):
+    notes = (StageNote(1, "new scale image", 0.0), StageNote(2, "depth registration", 1.0))
+    return replace(state, job=Job(1, "level", "a bird", 0.0, notes, 0.3), now_s=2.0)
+
+
+STATES = {
+    "start": lambda: empty_state(1280, 800),
+    "photo": lambda: replace(making(empty_state(1280, 800)), photo=make_scene()[0].image),
+    "levels": lambda: state_with(make_scene(4)),
+    "making": lambda: making(state_with(make_scene(2))),
+    "refused": lambda: replace(state_with(make_scene(2)), refusal="prompt: no such thing. Try a bird."),
+    "toasts": lambda: state_with(make_scene(2)).with_toast("one").with_toast("two " * 60, "error"),
+    "numbers": lambda: replace(state_with(make_scene(2)), panels=Panels(statistics=True, help=True)),
+    "unsaved": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="unsaved")),
+    "path": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="save", dialog_path="/x")),
+}
+
+
+@pytest.mark.parametrize("name", STATES)
+@pytest.mark.parametrize("size", [(1280, 800), (900, 600), (480, 360)])
+def test_every_state_draws_and_asks_for_nothing(screen, name, size):
+    screen.width, screen.height = size
+    state = STATES[name]()
+    for _ in range(3):
+        assert screen.frame(state) == []
+
+
+def test_click_on_generate(screen):
+    state = state_with(make_scene(1))
+    rect = arrange(1280, 800, 1.0).prompt
+    assert screen.click(state, rect.right - 50, rect.y + 23) == [cmd.Generate()]
+
+
+def test_click_on_cancel_while_making(screen):
+    rect = arrange(1280, 800, 1.0).prompt
+    assert screen.click(making(state_with(make_scene(1))), rect.right - 50, rect.y + 23) == [cmd.CancelJob()]
+
+
+def test_typing_edits_the_prompt_and_enter_generates(screen):
+    state = state_with(make_scene(1))
+    rect = arrange(1280, 800, 1.0).prompt
+    screen.click(state, rect.x + 60, rect.y + 23)
+    screen.io.add_input_characters_utf8("a wasp")
+    assert screen.frame(state) == [cmd.EditPrompt("a wasp")]
+    state = replace(state, prompt="a wasp")
+    assert screen.press(state, imgui.Key.w) == []  # keys are dead while typing
+    assert screen.press(state, imgui.Key.enter) == [cmd.Generate()]
+    assert screen.press(state, imgui.Key.t) == [cmd.Toggle("tree")]  # and alive again
+
+
+def test_slash_puts_the_cursor_into_the_prompt(screen):
+    state = state_with(make_scene(1))
+    assert screen.press(state, imgui.Key.slash) == [cmd.FocusPrompt()]
+    wanting = replace(state, panels=replace(state.panels, wants_prompt_focus=True))
+    assert screen.frame(wanting) == [cmd.FocusPrompt(False)]
+    screen.frame(state)
+    screen.io.add_input_characters_utf8("x")
+    assert cmd.EditPrompt("x") in screen.frame(state) + screen.frame(state)
+
+
+def test_click_on_a_row_of_the_tree_flies_there(screen):
+    state = state_with(make_scene(3))
+    rect = arrange(1280, 800, 1.0).tree
+    assert screen.click(state, rect.x + 150, rect.y + 6 + 62 + 30) == [cmd.GoToLevel(1)]
+    hidden = replace(state, panels=Panels(tree=False))
+    assert not any(isinstance(c, cmd.GoToLevel) for c in screen.click(hidden, rect.x + 150, rect.y + 98))
+
+
+def test_the_tree_lists_children_below_their_parent():
+    scene = make_scene(3)
+    assert tree_rows(scene) == [(0, 0), (1, 1), (2, 2)]
+    assert [title_of(level) for level in scene] == ["Photo", "thing 1", "thing 2"]
+    scene.hide(1)
+    assert tree_rows(scene) == [(0, 0)]
+
+
+def test_click_on_the_start_page_opens(screen):
+    state = empty_state(1280, 800)
+    assert screen.click(state, 640, 400 - 8) == [cmd.AskOpen()]
+    assert screen.click(state, 640, 400 + 85) == [cmd.OpenDemo()]
+
+
+def test_toolbar_offers_only_what_is_possible(screen):
+    rect = arrange(1280, 800, 1.0).toolbar
+    save, undo = (rect.x + 8 + 36 + 17, rect.y + 23), (rect.x + 8 + 106 + 15 + 17, rect.y + 23)
+    assert screen.click(state_with(make_scene(2)), *save) == [cmd.Save()]
+    assert screen.click(state_with(make_scene(2)), *undo) == [cmd.Undo()]
+    assert screen.click(state_with(make_scene(1)), *undo) == []
+
+
+def test_a_dialog_keeps_the_mouse_from_what_lies_behind(screen):
+    state = replace(state_with(make_scene(2)), panels=Panels(dialog="unsaved"))
+    rect = arrange(1280, 800, 1.0).prompt
+    assert screen.click(state, rect.right - 50, rect.y + 23) == []
+    x, y = 640 + 230 - 14 - 54, 0.38 * 800 + 75 - 12 - 17
+    assert screen.click(state, x, y) == [cmd.SettleUnsaved("save")]
+
+
+def test_a_click_closes_the_help(screen):
+    state = replace(state_with(make_scene(1)), panels=Panels(help=True))
+    assert screen.click(state, 30, 700) == [cmd.Toggle("help")]
+
+
+def test_a_click_removes_a_toast(screen):
+    state = replace(state_with(make_scene(1)).with_toast("gone"), now_s=1.0)
+    rect = arrange(1280, 800, 1.0).toasts
+    assert screen.click(state, rect.x + 40, rect.y + 15) == [cmd.DismissToast("gone")]
+
+
+def test_toasts_end_by_themselves():
+    state = state_with(make_scene(1)).with_toast("one").with_toast("one")
+    assert len(state.toasts) == 1
+    assert state.toasts[0].is_alive(4.9)
+    assert not state.toasts[0].is_alive(5.1)
+
+
+def test_help_shows_every_key():
+    shown = {b.label for column in COLUMNS for group in column for b in rows_of(group)}
+    assert shown == {b.label for b in BINDINGS if b.group}
+
+
+def test_no_key_does_two_things():
+    chords = [(key, b.ctrl, b.ctrl and b.shift) for b in BINDINGS for key in b.keys]
+    assert len(chords) == len(set(chords))

@@ -1,0 +1,20 @@
+"""The desktop app: Algorithm 1, lines 1-9, in a window.
+
+::
+
+            window ── input (keys) ──┐                  ┌── panels: (state, ui) -> commands
+                                     ▼                  ▼
+    worker ── events ──► AppState ◄── apply ◄── commands (frozen, imperative)
+      ▲                     │          │
+      │                     │          ├─ viewing      zoom, orbit, pan, fly, fly-to        line 8
+      └─ requests ──────────┼──────────┼─ generation   E_0, E_{i+1}, cancel                 lines 1, 10
+                            │          ├─ documents    open, save, close
+                            │          └─ history      undo and redo: hide and show
+                            ▼
+                   renderer.render(scene, camera) ──► window                                lines 6-7
+
+Nothing changes the state but `apply`: panels and input only return commands, so each of them is
+tested without a window.  ``loop`` holds the frame loop; ``window`` is the only module that knows glfw.
+"""
+
+import imgui_bundle  # noqa: F401 - before glfw anywhere: both must share the library that it ships

@@ -1,0 +1,121 @@
+"""Carries out commands: the only place where a new state comes from.
+
+A handler takes (services, state, command) and returns the state after.  It never raises for what a
+user can do wrong; should it raise all the same, the fault becomes a notice and the state stays.
+"""
+
+import logging
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+from wzviewer.app import commands as cmd
+from wzviewer.app import documents, generation, history, viewing
+from wzviewer.app.services import Services
+from wzviewer.app.state import AppState
+
+LOG = logging.getLogger(__name__)
+Handler = Callable[[Services, AppState, Any], AppState]
+
+
+def edit_prompt(services: Services, state: AppState, command: cmd.EditPrompt) -> AppState:
+    """The prompt line holds another text; a refusal belongs to the text before."""
+    return replace(state, prompt=command.text, refusal="")
+
+
+def focus_prompt(services: Services, state: AppState, command: cmd.FocusPrompt) -> AppState:
+    """Puts the cursor into the prompt line."""
+    return replace(state, panels=replace(state.panels, wants_prompt_focus=command.is_wanted))
+
+
+def toggle(services: Services, state: AppState, command: cmd.Toggle) -> AppState:
+    """Shows or hides a panel."""
+    panels = state.panels
+    if command.panel == "tree":
+        panels = replace(panels, tree=not panels.tree)
+    elif command.panel == "statistics":
+        panels = replace(panels, statistics=not panels.statistics)
+    else:
+        panels = replace(panels, help=not panels.help)
+    return replace(state, panels=panels)
+
+
+def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState:
+    """Leaves what is in the foreground: dialog, then help, then the running request."""
+    panels = state.panels
+    if panels.dialog:
+        return replace(state, after=None, panels=replace(panels, dialog="", dialog_path=""))
+    if panels.help:
+        return replace(state, panels=replace(panels, help=False))
+    if state.job is not None or state.goal is not None:
+        return generation.cancel(services, state, cmd.CancelJob())
+    return replace(state, refusal="", view=replace(state.view, flight=None))
+
+
+def dismiss(services: Services, state: AppState, command: cmd.DismissToast) -> AppState:
+    """Removes a notice."""
+    return replace(state, toasts=tuple(t for t in state.toasts if t.text != command.text))
+
+
+HANDLERS: dict[type[cmd.Command], Handler] = {
+    cmd.Zoom: viewing.zoom,
+    cmd.BeginDrag: viewing.begin_drag,
+    cmd.DragTo: viewing.drag_to,
+    cmd.EndDrag: viewing.end_drag,
+    cmd.Fly: viewing.fly,
+    cmd.ZoomTo: viewing.zoom_to,
+    cmd.GoHome: viewing.go_home,
+    cmd.GoToLevel: viewing.go_to_level,
+    cmd.Resize: viewing.resize,
+    cmd.EditPrompt: edit_prompt,
+    cmd.FocusPrompt: focus_prompt,
+    cmd.Generate: generation.generate,
+    cmd.CancelJob: generation.cancel,
+    cmd.Undo: history.undo,
+    cmd.Redo: history.redo,
+    cmd.Open: documents.open_path,
+    cmd.OpenDemo: documents.open_demo,
+    cmd.AskOpen: documents.ask_open,
+    cmd.Save: documents.save,
+    cmd.SaveTo: documents.save_to,
+    cmd.AskPicture: documents.ask_picture,
+    cmd.SavePicture: documents.save_picture,
+    cmd.Close: documents.close,
+    cmd.SettleUnsaved: documents.settle_unsaved,
+    cmd.Toggle: toggle,
+    cmd.Escape: escape,
+    cmd.EditPath: documents.edit_path,
+    cmd.ConfirmPath: documents.confirm_path,
+    cmd.DismissToast: dismiss,
+}
+
+
+def apply(services: Services, state: AppState, commands: Iterable[cmd.Command]) -> AppState:
+    """Carries out commands in order; a fault becomes a notice."""
+    for command in commands:
+        state = _guarded(HANDLERS[type(command)], services, state, command)
+    return state
+
+
+def drain(services: Services, state: AppState, budget_s: float) -> AppState:
+    """Takes over what the worker made since the last frame, within a time budget."""
+    try:
+        events = services.client.poll(budget_s)
+    except Exception as error:  # whatever the worker breaks, frames go on
+        LOG.exception("poll failed")
+        return state.with_toast(f"The worker cannot be reached: {error}", "error")
+    for event in events:
+        state = _guarded(generation.on_event, services, state, event)
+    if generation.is_goal_reached(state):
+        # Taken off first: a fault is told once, and not again every frame.
+        goal, state = state.goal, replace(state, goal=None, is_goal_waiting=False)
+        state = _guarded(generation.request, services, state, goal)
+    return state
+
+
+def _guarded(handler: Handler, services: Services, state: AppState, argument: object) -> AppState:
+    try:
+        return handler(services, state, argument)
+    except Exception as error:  # the frame loop outlives every fault of a handler
+        LOG.exception("%s failed", getattr(handler, "__name__", handler))
+        return state.with_toast(f"{type(argument).__name__} failed: {error}", "error")

@@ -1,0 +1,213 @@
+"""What panels and input may ask for: frozen, imperative, plain.  `app.apply` carries them out."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+Panel = Literal["tree", "statistics", "help"]
+
+
+@dataclass(frozen=True)
+class Command:
+    """Base of all commands."""
+
+
+# ------------------------------------------------------------------ viewing
+
+
+@dataclass(frozen=True)
+class Zoom(Command):
+    """Turn the wheel over a pixel; positive is closer."""
+
+    x_px: float
+    y_px: float
+    notches: float
+
+
+@dataclass(frozen=True)
+class BeginDrag(Command):
+    """Take hold of the picture at a pixel."""
+
+    kind: Literal["orbit", "pan"]
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True)
+class DragTo(Command):
+    """Move the hand that holds the picture."""
+
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True)
+class EndDrag(Command):
+    """Let go."""
+
+
+@dataclass(frozen=True)
+class Fly(Command):
+    """Hold direction keys for a frame of ``dt_s`` seconds; each step in about [-1, 1]."""
+
+    right: float
+    down: float
+    forward: float
+    dt_s: float
+
+
+@dataclass(frozen=True)
+class ZoomTo(Command):
+    """Fly to a pixel and closer (double click)."""
+
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True)
+class GoHome(Command):
+    """Fly to the whole picture."""
+
+
+@dataclass(frozen=True)
+class GoToLevel(Command):
+    """Fly to the camera of a level."""
+
+    index: int
+
+
+@dataclass(frozen=True)
+class Resize(Command):
+    """The window has another size, px."""
+
+    width: int
+    height: int
+
+
+# ------------------------------------------------------------------ generation
+
+
+@dataclass(frozen=True)
+class EditPrompt(Command):
+    """The prompt line holds another text."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class FocusPrompt(Command):
+    """Put the cursor into the prompt line, or take it out again."""
+
+    is_wanted: bool = True
+
+
+@dataclass(frozen=True)
+class Generate(Command):
+    """Make new detail where the user looks."""
+
+
+@dataclass(frozen=True)
+class CancelJob(Command):
+    """Stop the running request."""
+
+
+@dataclass(frozen=True)
+class Undo(Command):
+    """Hide the newest level."""
+
+
+@dataclass(frozen=True)
+class Redo(Command):
+    """Show the level that was hidden last."""
+
+
+# ------------------------------------------------------------------ documents
+
+
+@dataclass(frozen=True)
+class Open(Command):
+    """Open a photo or a scene."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class OpenDemo(Command):
+    """Open the bundled picture."""
+
+
+@dataclass(frozen=True)
+class AskOpen(Command):
+    """Show the open dialog."""
+
+
+@dataclass(frozen=True)
+class Save(Command):
+    """Save to the scene's file, or ask where."""
+
+    asks: bool = False
+
+
+@dataclass(frozen=True)
+class SaveTo(Command):
+    """Save to a file."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class AskPicture(Command):
+    """Show the dialog for saving the picture on screen."""
+
+
+@dataclass(frozen=True)
+class SavePicture(Command):
+    """Write the picture on screen, without panels."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class Close(Command):
+    """Close the window; asks about unsaved changes."""
+
+
+@dataclass(frozen=True)
+class SettleUnsaved(Command):
+    """The answer to the question about unsaved changes."""
+
+    answer: Literal["save", "discard", "stay"]
+
+
+# ------------------------------------------------------------------ panels
+
+
+@dataclass(frozen=True)
+class Toggle(Command):
+    """Show or hide a panel."""
+
+    panel: Panel
+
+
+@dataclass(frozen=True)
+class Escape(Command):
+    """Leave whatever is in the foreground: dialog, help, job."""
+
+
+@dataclass(frozen=True)
+class EditPath(Command):
+    """The path line of the text dialog holds another text."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class ConfirmPath(Command):
+    """Take the path of the text dialog."""
+
+
+@dataclass(frozen=True)
+class DismissToast(Command):
+    """Remove a notice."""
+
+    text: str

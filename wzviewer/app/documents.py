@@ -1,0 +1,190 @@
+"""Opening, saving and closing.  Unsaved levels are never dropped without asking."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.generation import cancel, reconstruct
+from wzviewer.app.history import restored
+from wzviewer.app.services import Services
+from wzviewer.app.state import AppState, DialogKind, Panels, View
+from wzviewer.core.camera import Camera
+from wzviewer.core.files import is_scene_file, load_scene, save_scene
+from wzviewer.core.photos import encode_png, fit_photo, load_photo, whole_file
+from wzviewer.core.scene import Scene
+from wzviewer.errors import InputError, WzError
+
+SCENE_SUFFIX = ".wz"
+
+
+def open_path(services: Services, state: AppState, command: cmd.Open) -> AppState:
+    """Opens a photo or a scene, after settling unsaved changes."""
+
+    def then(settled: AppState) -> AppState:
+        return _open(services, settled, command.path)
+
+    return settle(state, then)
+
+
+def open_demo(services: Services, state: AppState, command: cmd.OpenDemo) -> AppState:
+    """Opens the bundled picture."""
+    path = demo_photo()
+    if path is None:
+        return state.with_toast("The bundled picture is missing. Open a photo of your own.", "error")
+    return open_path(services, state, cmd.Open(path))
+
+
+def demo_photo() -> Path | None:
+    """Returns the bundled picture: inside the installed package, or in the source tree."""
+    package = Path(str(files("wzviewer")))
+    candidates = (package / "assets" / "meadow.png", package.parent / "assets" / "meadow.png")
+    return next((p for p in candidates if p.is_file()), None)
+
+
+def settle(state: AppState, then: Callable[[AppState], AppState]) -> AppState:
+    """Does something that drops the document, or asks first when levels are unsaved."""
+    if not state.is_dirty:
+        return then(state)
+    return replace(state, after=then, panels=replace(state.panels, dialog="unsaved"))
+
+
+def settle_unsaved(services: Services, state: AppState, command: cmd.SettleUnsaved) -> AppState:
+    """Carries out the answer to the question about unsaved changes."""
+    then = state.after
+    state = _without_dialog(state)
+    if command.answer == "stay" or then is None:
+        return replace(state, after=None)
+    if command.answer == "discard":
+        return then(replace(state, after=None))
+    state = save(services, state, cmd.Save())
+    if not state.is_dirty:
+        return then(replace(state, after=None))
+    return state  # a dialog asks where; `after` is done once the file is written
+
+
+def _open(services: Services, state: AppState, path: Path) -> AppState:
+    try:
+        scene = load_scene(path) if is_scene_file(path) else None
+        photo = None if scene is not None else fit_photo(load_photo(path))
+    except WzError as error:
+        return state.with_toast(error.line(), "error")
+    except (OSError, MemoryError) as error:
+        return state.with_toast(InputError(str(path), str(error)).line(), "error")
+    state = cancel(services, state, cmd.CancelJob())
+    width, height = state.view.camera.width, state.view.camera.height
+    fresh = AppState(
+        View.at_home(Camera.initial(width, height), width, height),
+        name=path.name,
+        toasts=state.toasts,
+        panels=Panels(tree=state.panels.tree, statistics=state.panels.statistics),
+        now_s=state.now_s,
+        is_worker_ready=state.is_worker_ready,
+    )
+    if scene is not None:
+        return _with_scene(services, fresh, scene, path)
+    assert photo is not None  # either, by construction
+    view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
+    return reconstruct(services, replace(fresh, view=view, photo=photo))
+
+
+def _with_scene(services: Services, state: AppState, scene: Scene, path: Path) -> AppState:
+    services.client.load(scene)
+    view = View.at_home(scene[0].camera, state.view.camera.width, state.view.camera.height)
+    centre = view.camera.unproject(view.camera.width / 2, view.camera.height / 2, scene[0].anchor_depth)
+    state = replace(state, view=replace(view, focus=centre), scene=scene, path=path)
+    return replace(state, undone=restored(scene), saved=(state.num_finished, scene.hidden))
+
+
+# ------------------------------------------------------------------ saving
+
+
+def save(services: Services, state: AppState, command: cmd.Save) -> AppState:
+    """Saves to the scene's file, or asks where."""
+    if state.num_finished == 0:
+        return state.with_toast("Nothing to save yet: the scene is still being made.")
+    if state.path is not None and not command.asks:
+        return save_to(services, state, cmd.SaveTo(state.path))
+    suggestion = Path(state.name or "scene").with_suffix(SCENE_SUFFIX).name
+    return _ask(state, services.dialogs.ask_save(suggestion), "save", suggestion)
+
+
+def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppState:
+    """Saves to a file, and goes on with what was waiting for it."""
+    path = command.path if command.path.suffix else command.path.with_suffix(SCENE_SUFFIX)
+    try:
+        save_scene(state.scene, path)
+    except (WzError, OSError) as error:
+        return state.with_toast(str(error), "error")
+    saved = (state.num_finished, state.scene.hidden)
+    state = replace(state, path=path, name=path.name, saved=saved)
+    state = state.with_toast(f"Saved {path.name}.", "done")
+    then = state.after
+    return then(replace(state, after=None)) if then is not None else state
+
+
+def ask_picture(services: Services, state: AppState, command: cmd.AskPicture) -> AppState:
+    """Asks where to write the picture on screen."""
+    suggestion = Path(state.name or "view").with_suffix(".png").name
+    return _ask(state, services.dialogs.ask_picture(suggestion), "picture", suggestion)
+
+
+def save_picture(services: Services, state: AppState, command: cmd.SavePicture) -> AppState:
+    """Writes the picture on screen, at full quality and without panels."""
+    path = command.path if command.path.suffix else command.path.with_suffix(".png")
+    if not len(state.scene):
+        return state.with_toast("There is no scene to take a picture of.")
+    try:
+        image = services.renderer.draw(state.view.camera).read_color8()
+        with whole_file(path) as file:
+            file.write(encode_png(image))
+    except (WzError, OSError, ValueError) as error:
+        return state.with_toast(str(error), "error")
+    return state.with_toast(f"Saved {path.name}.", "done")
+
+
+# ------------------------------------------------------------------ dialogs
+
+
+def ask_open(services: Services, state: AppState, command: cmd.AskOpen) -> AppState:
+    """Shows the open dialog."""
+    return _ask(state, services.dialogs.ask_open(), "open", str(Path.cwd()))
+
+
+def _ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) -> AppState:
+    """Falls back to a line of text where the system has no dialogs."""
+    if has_dialog:
+        return state
+    text = suggestion if kind == "open" else str(Path.cwd() / suggestion)
+    return replace(state, panels=replace(state.panels, dialog=kind, dialog_path=text))
+
+
+def edit_path(services: Services, state: AppState, command: cmd.EditPath) -> AppState:
+    """The path line holds another text."""
+    return replace(state, panels=replace(state.panels, dialog_path=command.text))
+
+
+def confirm_path(services: Services, state: AppState, command: cmd.ConfirmPath) -> AppState:
+    """Takes the path of the text dialog."""
+    kind, text = state.panels.dialog, state.panels.dialog_path.strip()
+    state = _without_dialog(state)
+    return answered(services, state, kind, Path(text).expanduser()) if text else state
+
+
+def answered(services: Services, state: AppState, kind: str, path: Path) -> AppState:
+    """Carries out the answer of a dialog."""
+    if kind == "open":
+        return open_path(services, state, cmd.Open(path))
+    if kind == "save":
+        return save_to(services, state, cmd.SaveTo(path))
+    return save_picture(services, state, cmd.SavePicture(path)) if kind == "picture" else state
+
+
+def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
+    """Ends the loop, after settling unsaved changes."""
+    return settle(state, lambda settled: replace(settled, is_closing=True))
+
+
+def _without_dialog(state: AppState) -> AppState:
+    return replace(state, panels=replace(state.panels, dialog="", dialog_path=""))

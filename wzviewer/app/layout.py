@@ -1,0 +1,95 @@
+"""Where the panels stand, from the size of the window alone: so a test can hold that none overlap."""
+
+from dataclasses import dataclass
+
+MARGIN_PT = 14.0
+BAR_PT = 46.0  # height of toolbar, prompt and status
+SIDE_PT = 236.0  # width of the tree
+CORNER_PT = 190.0  # width that the scale bar and the status need
+TOOLBAR_PT = 331.0
+PROMPT_PT = (300.0, 620.0)  # narrowest and widest
+NARROW_PT = 2 * CORNER_PT + PROMPT_PT[0] + 4 * MARGIN_PT  # below it the prompt stands above the corners
+
+
+@dataclass(frozen=True)
+class Rect:
+    """A rectangle in imgui units."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+    @property
+    def right(self) -> float:
+        """X of the right edge."""
+        return self.x + self.width
+
+    @property
+    def bottom(self) -> float:
+        """Y of the lower edge."""
+        return self.y + self.height
+
+    def overlaps(self, other: "Rect") -> bool:
+        """Whether two rectangles share more than an edge."""
+        apart = self.right <= other.x or other.right <= self.x
+        return not (apart or self.bottom <= other.y or other.bottom <= self.y)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The places of all panels.
+
+    Attributes:
+        scale: imgui units per point.
+        window: everything.
+        toolbar: top left.
+        tree: below it, as high as its contents need, at most this.
+        statistics: top right.
+        toasts: below it, or in its place.
+        prompt: bottom centre; progress and refusal grow upwards from it.
+        scale_bar: bottom left.
+        status: bottom right.
+    """
+
+    scale: float
+    window: Rect
+    toolbar: Rect
+    tree: Rect
+    statistics: Rect
+    toasts: Rect
+    prompt: Rect
+    scale_bar: Rect
+    status: Rect
+
+
+def arrange(width: float, height: float, scale: float) -> Layout:
+    """Places the panels.
+
+    Args:
+        width: of the window, imgui units.
+        height: of the window, imgui units.
+        scale: imgui units per point.
+    """
+    gap, bar, side, corner = (x * scale for x in (MARGIN_PT, BAR_PT, SIDE_PT, CORNER_PT))
+    is_narrow = width < NARROW_PT * scale
+    room = width - 2 * gap if is_narrow else width - 2 * corner - 4 * gap
+    prompt_width = min(room, PROMPT_PT[1] * scale)
+    bottom = height - gap - bar
+    prompt_y = bottom - bar - gap if is_narrow else bottom
+    prompt = Rect((width - prompt_width) / 2, prompt_y, prompt_width, bar)
+    corner = min(corner, (width - 3 * gap) / 2)
+    tree_y = gap + bar + gap
+    right_width = min(310 * scale, width - side - 3 * gap)
+    right_x = width - gap - right_width
+    return Layout(
+        scale,
+        Rect(0.0, 0.0, width, height),
+        Rect(gap, gap, min(TOOLBAR_PT * scale, width - 2 * gap), bar),
+        Rect(gap, tree_y, side, max(min(bottom, prompt_y) - gap - tree_y, bar)),
+        Rect(right_x, gap + bar + gap, right_width, 222 * scale),
+        Rect(right_x, gap, right_width, min(bottom, prompt_y) - 2 * gap),
+        prompt,
+        Rect(gap, bottom, corner, bar),
+        Rect(width - gap - corner, bottom, corner, bar),
+    )

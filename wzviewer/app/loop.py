@@ -1,0 +1,187 @@
+"""The frame loop: Algorithm 1, lines 1-9.  Thread 2 (lines 10-32) is `wzviewer.worker`."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply, drain
+from wzviewer.app.dialogs import SystemDialogs
+from wzviewer.app.documents import answered, demo_photo
+from wzviewer.app.drawing import BACKGROUND, SceneDrawing
+from wzviewer.app.input import Hand, read_input
+from wzviewer.app.layout import arrange
+from wzviewer.app.pacing import Pace, wait_s
+from wzviewer.app.panels.screen import draw_screen
+from wzviewer.app.panels.surface import Ui
+from wzviewer.app.services import Client, SceneRenderer, Services
+from wzviewer.app.state import empty_state
+from wzviewer.app.thumbnails import Thumbnails
+from wzviewer.app.viewing import advance
+from wzviewer.app.window import GlfwWindow, OffscreenWindow, Pulse, Window
+from wzviewer.core.photos import encode_png, fit_photo, load_photo, whole_file
+from wzviewer.core.types import ByteArray
+from wzviewer.errors import WzError
+from wzviewer.worker.client import WorkerClient
+
+POLL_BUDGET_S = 0.004  # of a frame, for what the worker sends
+
+
+class App:
+    """The window, the scene and the worker, frame by frame.
+
+    Args:
+        window: to draw in.
+        client: Thread 2.
+        renderer: of the scene; a `SceneDrawing` when None.
+    """
+
+    def __init__(self, window: Window, client: Client, renderer: SceneRenderer | None = None) -> None:
+        client.start()  # at once: it takes seconds until it is ready
+        self.window = window
+        self.services = Services(client, renderer or SceneDrawing(window.context), SystemDialogs())
+        self.state = empty_state(*window.size_px)
+        self.pace = Pace()
+        self.frame_s = 0.0  # what the last new picture took
+        self._hand = Hand()
+        self._thumbnails = Thumbnails(window.context)
+        self._backdrop: ByteArray | None = None
+        self._title = ""
+
+    def run(self, path: Path | None = None, frames: int | None = None) -> None:
+        """Algorithm 1, lines 1-9.
+
+        Args:
+            path: photo or scene to begin with.
+            frames: stop after so many; None runs until the window is closed.
+        """
+        if path is not None:
+            self.do(cmd.Open(path))  # lines 1-3: E_0 <- ReconstructScene(I_0, C_0), C_render <- C_0
+        count = 0
+        while not self.state.is_closing and (frames is None or count < frames):  # lines 4, 5 and 9
+            pulse = self.window.begin(self._wait_s())
+            self._tick(pulse)  # line 32, seen from here: E_{i+1} has come; and the motions go on
+            commands = self._panels()
+            self.window.draw(self._paint)  # lines 6-7: O_render <- Render(E_0 .. E_i, C_render)
+            self.window.show()
+            self.do(*commands)  # line 8: C_render <- UserCameraControl(), and all else that was asked
+            count += 1
+
+    def do(self, *commands: cmd.Command) -> None:
+        """Carries out commands."""
+        self.state = apply(self.services, self.state, commands)
+
+    def close(self) -> None:
+        """Ends the worker and frees everything."""
+        self.services.client.close()
+        self._thumbnails.close()
+        self.services.renderer.close()
+        self.window.close()
+
+    def _tick(self, pulse: Pulse) -> None:
+        """Time passes: motions, the worker's events, the window's."""
+        self.state = replace(self.state, now_s=self.state.now_s + pulse.dt_s)
+        self.state = advance(self.state, pulse.dt_s)
+        self.state = drain(self.services, self.state, POLL_BUDGET_S)
+        for kind, path in self.services.dialogs.poll():
+            self.state = answered(self.services, self.state, kind, path)
+        width, height = self.window.size_px
+        if width > 0 and height > 0:
+            self.do(cmd.Resize(width, height))
+        for path in pulse.dropped[-1:]:
+            self.do(cmd.Open(path))
+        if pulse.wants_close:
+            self.do(cmd.Close())
+        self._name_window()
+
+    def _paint(self, framebuffer: Any) -> None:  # noqa: ANN401 - a moderngl object
+        """Draws the scene; a picture at rest is drawn once and kept."""
+        framebuffer.clear(*BACKGROUND)
+        state = self.state
+        width, height = self.window.size_px
+        if not len(state.scene) or width <= 0 or height <= 0:
+            return
+        began_s = time.perf_counter()
+        self.services.renderer.sync(state.scene)
+        picture = self.services.renderer.draw(state.view.camera, self.pace.fraction(state.is_moving))
+        picture.present_to(framebuffer, (0, 0, width, height))
+        if state.is_moving:
+            self.frame_s = time.perf_counter() - began_s
+            self.pace = self.pace.measured(True, self.frame_s)
+
+    def _panels(self) -> list[cmd.Command]:
+        """Draws the panels; returns what they and the input ask for."""
+        ui = self._ui()
+        commands = draw_screen(self.state, ui)
+        self._hand, asked = read_input(self.state, self._hand)
+        return commands + asked
+
+    def _ui(self) -> Ui:
+        from imgui_bundle import imgui
+
+        size = imgui.get_io().display_size
+        state, thumbnails = self.state, self._thumbnails
+        shown: set[object] = {level.index for level in state.scene}
+        photo = thumbnails.of_photo(state.photo) if not len(state.scene) else None
+        backdrop = None if state.has_document else thumbnails.of_photo(self._start_picture(), "start")
+        shown |= ({"photo"} if photo else set()) | ({"start"} if backdrop else set())
+        thumbnails.keep_only(shown)
+        statistics = {**self._timing(), **self.services.renderer.statistics()} if len(state.scene) else {}
+        layout = arrange(size.x, size.y, self.window.scale)
+        return Ui(layout, self.window.fonts, thumbnails.of_scene(state.scene), photo, backdrop, statistics)
+
+    def _start_picture(self) -> ByteArray | None:
+        if self._backdrop is None and (path := demo_photo()) is not None:
+            try:
+                self._backdrop = fit_photo(load_photo(path))
+            except WzError:
+                return None
+        return self._backdrop
+
+    def _timing(self) -> dict[str, str]:
+        percent = f"{100 * self.pace.fraction(True):.0f} %"
+        return {"Frame in motion": f"{1e3 * self.frame_s:.0f} ms at {percent}"}
+
+    def _wait_s(self) -> float:
+        is_busy = self.state.job is not None or any(t.is_alive(self.state.now_s) for t in self.state.toasts)
+        return wait_s(self.state.is_moving, is_busy)
+
+    def _name_window(self) -> None:
+        mark = "• " if self.state.is_dirty else ""
+        title = f"{mark}{self.state.name} - wzviewer" if self.state.name else "wzviewer"
+        if title != self._title:
+            self._title = title
+            self.window.set_title(title)
+
+
+def run_app(
+    path: Path | None,
+    *,
+    frames: int | None = None,
+    screenshot: Path | None = None,
+    headless: bool = False,
+    synthesizer: str = "builtin",
+) -> None:
+    """Opens the window on a photo, a scene or the start page, and stays until it is closed.
+
+    Args:
+        path: photo or scene, or None.
+        frames: stop after so many frames.
+        screenshot: write what the last frame showed to a PNG.
+        headless: draw off screen, without a display.
+        synthesizer: backend of the worker.
+
+    Raises:
+        ContextError: when there is no display or no OpenGL 3.3.
+        OutputError: when the screenshot cannot be written.
+    """
+    window: Window = OffscreenWindow() if headless else GlfwWindow()
+    app = App(window, WorkerClient(synthesizer))
+    try:
+        app.run(path, frames)
+        if screenshot is not None:
+            with whole_file(screenshot) as file:
+                file.write(encode_png(window.read_pixels()))
+    finally:
+        app.close()

@@ -1,0 +1,18 @@
+"""The panels: functions of (state, ui) that draw with imgui and return commands.
+
+::
+
+    ┌ toolbar ─────────┐                                  ┌ toasts / statistics ┐
+    │ open save … help │                                  └─────────────────────┘
+    ├ tree ────────────┤
+    │ ▣ photograph     │            the picture
+    │   ▣ ×8 ladybug   │
+    └──────────────────┘        ┌ progress ─────────┐
+    ┌ scale bar ┐               │ prompt [Generate] │                 ┌ status ──┐
+    └───────────┘               └───────────────────┘                 └──────────┘
+
+    start     instead of all, while there is no document
+    help      over all;  dialogs  modal
+
+They change nothing: a test calls them with a state and reads the commands.
+"""

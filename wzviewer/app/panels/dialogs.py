@@ -1,0 +1,80 @@
+"""Modal: unsaved changes, and a line of text for a path where the system has no file dialogs."""
+
+from imgui_bundle import imgui
+
+from wzviewer.app import commands as cmd
+from wzviewer.app import theme
+from wzviewer.app.layout import Rect
+from wzviewer.app.panels.surface import Ui, face, plate, primary, shade, wrapped
+from wzviewer.app.state import AppState
+
+WIDTH_PT = 460.0
+TITLES = {"open": "Open a photo or a scene", "save": "Save the scene", "picture": "Save the picture"}
+
+
+def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
+    """Draws the dialog that is open, if any."""
+    kind = state.panels.dialog
+    if not kind:
+        return []
+    window = ui.layout.window
+    shade(ui)
+    width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
+    height = ui.pt(150)
+    rect = Rect((window.width - width) / 2, window.height * 0.38 - height / 2, width, height)
+    with plate("dialog", rect, alpha=0.98, is_front=True):
+        if kind == "unsaved":
+            return _unsaved(state, ui)
+        return _path(state, ui, TITLES[kind])
+
+
+def _unsaved(state: AppState, ui: Ui) -> list[cmd.Command]:
+    with face(ui.fonts.bold, theme.HEAD_PT):
+        imgui.text_unformatted("Save the levels you made?")
+    count = state.num_finished
+    what = "The scene has" if count == 1 else f"{count} levels have"
+    wrapped(ui, f"{what} not been saved. Without saving they are lost.", theme.MUTED)
+    return _buttons(
+        ui,
+        ("Stay", cmd.SettleUnsaved("stay")),
+        ("Don't save", cmd.SettleUnsaved("discard")),
+        ("Save", cmd.SettleUnsaved("save")),
+    )
+
+
+def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:
+    with face(ui.fonts.bold, theme.HEAD_PT):
+        imgui.text_unformatted(title)
+    if imgui.is_window_appearing():
+        imgui.set_keyboard_focus_here()
+    imgui.set_next_item_width(-1.0)
+    commands: list[cmd.Command] = []
+    hint = "Path of a file"
+    changed, text = imgui.input_text_with_hint("##path", hint, state.panels.dialog_path)
+    if changed:
+        commands.append(cmd.EditPath(text))
+    if imgui.is_item_deactivated() and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
+        commands.append(cmd.ConfirmPath())
+    verb = "Open" if state.panels.dialog == "open" else "Save"
+    return commands + _buttons(ui, ("Cancel", cmd.Escape()), (verb, cmd.ConfirmPath()))
+
+
+def _buttons(ui: Ui, *choices: tuple[str, cmd.Command]) -> list[cmd.Command]:
+    """A row at the lower right; the last is the primary one."""
+    commands: list[cmd.Command] = []
+    width, gap = ui.pt(108), ui.pt(8)
+    size = imgui.get_window_size()
+    padding = imgui.get_style().window_padding
+    total = len(choices) * (width + gap) - gap
+    imgui.set_cursor_pos((size.x - padding.x - total, size.y - padding.y - ui.pt(34)))
+    for number, (label, command) in enumerate(choices):
+        if number:
+            imgui.same_line(0.0, gap)
+        if number == len(choices) - 1:
+            with primary(), face(ui.fonts.bold):
+                pressed = imgui.button(label, (width, ui.pt(34)))
+        else:
+            pressed = imgui.button(label, (width, ui.pt(34)))
+        if pressed:
+            commands.append(command)
+    return commands

@@ -1,0 +1,51 @@
+"""All panels of a frame, in order; the flat photo before E_0 exists."""
+
+from imgui_bundle import imgui
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.panels.dialogs import draw_dialogs
+from wzviewer.app.panels.help import draw_help
+from wzviewer.app.panels.prompt import draw_prompt
+from wzviewer.app.panels.start import draw_start
+from wzviewer.app.panels.statistics import draw_statistics
+from wzviewer.app.panels.status import draw_scale_bar, draw_status
+from wzviewer.app.panels.surface import Ui
+from wzviewer.app.panels.toasts import draw_toasts
+from wzviewer.app.panels.toolbar import draw_toolbar
+from wzviewer.app.panels.tree import draw_tree
+from wzviewer.app.state import AppState
+from wzviewer.core.camera import Camera
+
+
+def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
+    """Draws everything but the scene; returns what the user asked for."""
+    commands: list[cmd.Command] = []
+    if not state.has_document:
+        commands += draw_start(state, ui)
+    else:
+        if not len(state.scene):
+            _flat_photo(state, ui)
+        commands += draw_toolbar(state, ui) + draw_tree(state, ui)
+        draw_scale_bar(state, ui)
+        draw_status(state, ui)
+        commands += draw_prompt(state, ui) + draw_statistics(state, ui)
+    layout = ui.layout
+    shows_numbers = state.panels.statistics and state.has_document
+    top = layout.statistics.bottom + ui.pt(8) if shows_numbers else layout.toasts.y
+    commands += draw_toasts(state, ui, top)
+    return commands + draw_help(state, ui) + draw_dialogs(state, ui)
+
+
+def _flat_photo(state: AppState, ui: Ui) -> None:
+    """The photo where E_0 will stand: it takes zoom and pan, and no depth."""
+    photo, view = ui.photo, state.view
+    if photo is None or state.photo is None:
+        return
+    height, width = state.photo.shape[:2]
+    source = Camera.initial(width, height)
+    ratio = view.camera.fx / source.fx
+    io = imgui.get_io().display_framebuffer_scale
+    x0, y0 = view.camera.cx - source.cx * ratio, view.camera.cy - source.cy * ratio
+    upper = (x0 / io.x, y0 / io.y)
+    lower = ((x0 + width * ratio) / io.x, (y0 + height * ratio) / io.y)
+    imgui.get_background_draw_list().add_image(photo.ref, upper, lower)

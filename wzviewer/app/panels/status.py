@@ -1,0 +1,65 @@
+"""Bottom corners: a scale bar on the left, the magnification on the right."""
+
+from itertools import pairwise
+
+from imgui_bundle import imgui
+
+from wzviewer.app import theme
+from wzviewer.app.panels.surface import Ui, face, plate
+from wzviewer.app.panels.wording import UNIT, length_text, magnification_text
+from wzviewer.app.state import AppState
+from wzviewer.app.theme import u32
+from wzviewer.core.navigation import scale_bar
+
+BAR_LIMIT_PT = 150.0
+ABOUT_UNIT = f"1 {UNIT} is the median distance in the photo"
+FLAT = imgui.WindowFlags_.no_background.value | imgui.WindowFlags_.no_inputs.value
+
+
+def draw_scale_bar(state: AppState, ui: Ui) -> None:
+    """Draws a bar of a round length at the depth of the focus."""
+    view = state.view
+    if view.focus_depth <= 0 or not len(state.scene):
+        return
+    ratio = imgui.get_io().display_framebuffer_scale.x
+    units_per_pt = view.camera.pixel_scale(view.focus_depth) * ratio
+    bar = scale_bar(units_per_pt, ui.pt(BAR_LIMIT_PT))
+    rect = ui.layout.scale_bar
+    with plate("scale bar", rect, FLAT):
+        draw = imgui.get_window_draw_list()
+        x, y, tick = rect.x + ui.pt(2), rect.bottom - ui.pt(9), ui.pt(6)
+        points = ((x, y - tick), (x, y), (x + bar.width_px, y), (x + bar.width_px, y - tick))
+        for color, width in ((theme.SHADE, 4.0), (theme.TEXT, 1.6)):
+            for a, b in pairwise(points):
+                draw.add_line(a, b, u32(color), ui.pt(width))
+        with face(ui.fonts.regular, theme.SMALL_PT):
+            shadowed(ui, (x + ui.pt(1), y - ui.pt(26)), length_text(bar.length))
+
+
+def draw_status(state: AppState, ui: Ui) -> None:
+    """Draws the total magnification, and where one is."""
+    rect = ui.layout.status
+    with plate("status", rect, FLAT):
+        text = magnification_text(max(state.view.magnification, 0.0))
+        with face(ui.fonts.bold, 20.0):
+            width = imgui.calc_text_size(text).x
+            shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(29)), text)
+        line = _line(state)
+        with face(ui.fonts.regular, theme.SMALL_PT):
+            width = imgui.calc_text_size(line).x
+            shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(47)), line, theme.TEXT)
+
+
+def _line(state: AppState) -> str:
+    if not len(state.scene):
+        return state.name
+    count = len(state.scene.visible())
+    return state.name if count == 1 else f"{state.name} · {count} levels"
+
+
+def shadowed(ui: Ui, at: tuple[float, float], text: str, color: theme.Rgba = theme.TEXT) -> None:
+    """Text straight on the picture, readable on any."""
+    draw = imgui.get_window_draw_list()
+    for dx, dy, alpha in ((0, 1, 0.9), (0, -1, 0.5), (1, 0, 0.6), (-1, 0, 0.6)):
+        draw.add_text((at[0] + ui.pt(dx), at[1] + ui.pt(dy)), u32((0, 0, 0, 0.75), alpha), text)
+    draw.add_text(at, u32(color), text)

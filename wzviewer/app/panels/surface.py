@@ -1,0 +1,166 @@
+"""What all panels share: the picture of the interface that they draw into, and its plates."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from imgui_bundle import imgui
+
+from wzviewer.app import theme
+from wzviewer.app.layout import Layout, Rect
+from wzviewer.app.theme import Fonts
+from wzviewer.app.thumbnails import Thumbnail
+
+F = imgui.WindowFlags_
+PLATE = (
+    F.no_decoration.value
+    | F.no_move.value
+    | F.no_saved_settings.value
+    | F.no_nav.value
+    | F.no_focus_on_appearing.value
+    | F.no_bring_to_front_on_focus.value
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Ui:
+    """All that a panel needs beside the state.
+
+    Attributes:
+        layout: where the panels stand.
+        fonts: the faces in use.
+        thumbnails: by level index.
+        photo: the flat picture, before E_0 exists.
+        backdrop: the picture behind the start page.
+        statistics: lines for the statistics panel.
+    """
+
+    layout: Layout
+    fonts: Fonts
+    thumbnails: Mapping[int, Thumbnail] = field(default_factory=dict)
+    photo: Thumbnail | None = None
+    backdrop: Thumbnail | None = None
+    statistics: Mapping[str, str] = field(default_factory=dict)
+
+    def pt(self, points: float) -> float:
+        """Points to imgui units."""
+        return points * self.layout.scale
+
+
+@contextmanager
+def plate(
+    name: str,
+    rect: Rect,
+    flags: int = 0,
+    alpha: float | None = None,
+    grows: str = "",
+    scrolls: bool = False,
+    is_front: bool = False,
+) -> Iterator[None]:
+    """A panel at a place.
+
+    Args:
+        name: unique.
+        rect: its place.
+        flags: further window flags of imgui.
+        alpha: opacity of its ground; the theme's when None.
+        grows: "down" or "up" lets the height follow the contents.
+        scrolls: whether contents that do not fit can be scrolled.
+        is_front: whether it stands before all panels drawn earlier.
+    """
+    pivot = (0.0, 1.0) if grows == "up" else (0.0, 0.0)
+    imgui.set_next_window_pos((rect.x, rect.bottom if grows == "up" else rect.y), pivot=pivot)
+    imgui.set_next_window_size((rect.width, 0.0 if grows else rect.height))
+    if alpha is not None:
+        imgui.set_next_window_bg_alpha(alpha)
+    shape = PLATE & ~F.no_scrollbar.value if scrolls else PLATE
+    if is_front:
+        shape &= ~F.no_bring_to_front_on_focus.value
+    imgui.begin(name, None, shape | flags)
+    if is_front:  # without the focus, which would take the cursor out of a line being typed
+        imgui.internal.bring_window_to_display_front(imgui.internal.get_current_window())
+    try:
+        yield
+    finally:
+        imgui.end()
+
+
+def shade(ui: Ui) -> bool:
+    """Darkens all that was drawn before and keeps the mouse from it; returns whether it was clicked."""
+    imgui.push_style_var(imgui.StyleVar_.window_rounding.value, 0.0)
+    with colored(theme.SHADE, imgui.Col_.window_bg), plate("shade", ui.layout.window, is_front=True):
+        is_clicked = imgui.is_window_hovered() and imgui.is_mouse_clicked(0)
+    imgui.pop_style_var()
+    return is_clicked
+
+
+@contextmanager
+def face(font: imgui.ImFont, size_pt: float = theme.BODY_PT) -> Iterator[None]:
+    """Text in another face or size."""
+    imgui.push_font(font, size_pt)
+    try:
+        yield
+    finally:
+        imgui.pop_font()
+
+
+@contextmanager
+def colored(color: theme.Rgba, *slots: imgui.Col_) -> Iterator[None]:
+    """Text, or other slots, in another colour."""
+    chosen = slots or (imgui.Col_.text,)
+    for slot in chosen:
+        imgui.push_style_color(slot, color)
+    try:
+        yield
+    finally:
+        imgui.pop_style_color(len(chosen))
+
+
+@contextmanager
+def primary() -> Iterator[None]:
+    """Buttons in the accent colour: one on the screen at a time."""
+    r, g, b, _ = theme.ACCENT
+    lighter = (min(r + 0.03, 1.0), min(g + 0.06, 1.0), min(b + 0.10, 1.0), 1.0)
+    C = imgui.Col_
+    with (
+        colored(theme.ACCENT, C.button),
+        colored(lighter, C.button_hovered, C.button_active),
+        colored(theme.ON_ACCENT),
+    ):
+        yield
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Buttons without a face until the cursor is over them."""
+    with colored((0.0, 0.0, 0.0, 0.0), imgui.Col_.button):
+        yield
+
+
+def tooltip(text: str) -> None:
+    """Explains the last item after a moment."""
+    if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal.value):
+        imgui.set_tooltip(text)
+
+
+def small(ui: Ui, text: str, color: theme.Rgba = theme.MUTED) -> None:
+    """A small line in a quiet colour."""
+    with face(ui.fonts.regular, theme.SMALL_PT), colored(color):
+        imgui.text_unformatted(text)
+
+
+def wrapped(ui: Ui, text: str, color: theme.Rgba = theme.TEXT, size_pt: float = theme.BODY_PT) -> None:
+    """A text that breaks at the right edge."""
+    with face(ui.fonts.regular, size_pt), colored(color):
+        imgui.push_text_wrap_pos(0.0)
+        imgui.text_unformatted(text)
+        imgui.pop_text_wrap_pos()
+
+
+def elided(text: str, width: float) -> str:
+    """Returns a text shortened to a width in the current face."""
+    if imgui.calc_text_size(text).x <= width:
+        return text
+    while text and imgui.calc_text_size(text + "…").x > width:
+        text = text[:-1]
+    return text.rstrip() + "…"

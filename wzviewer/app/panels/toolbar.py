@@ -1,0 +1,79 @@
+"""Top left: open, save, undo, redo, home, help."""
+
+from imgui_bundle import icons_fontawesome_6 as icons
+from imgui_bundle import imgui
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.history import undoable
+from wzviewer.app.keys import label_of
+from wzviewer.app.panels.surface import Ui, colored, plate, quiet, tooltip
+from wzviewer.app.state import AppState
+from wzviewer.app.theme import ACCENT, FAINT, TEXT, u32
+
+Button = tuple[str, str, cmd.Command, bool]  # icon, what, command, is it possible now
+BUTTON_PT = (34.0, 30.0)
+
+
+def draw_toolbar(state: AppState, ui: Ui) -> list[cmd.Command]:
+    """Draws the toolbar."""
+    commands: list[cmd.Command] = []
+    imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(8), ui.pt(8)))
+    with plate("toolbar", ui.layout.toolbar), quiet():
+        for number, group in enumerate((_files(state), _history(state), _views(state))):
+            if number:
+                _divider(ui)
+            for place, button in enumerate(group):
+                if place:
+                    imgui.same_line(0.0, ui.pt(2))
+                commands += _button(ui, button, is_marked=_is_save(button) and state.is_dirty)
+    imgui.pop_style_var()
+    return commands
+
+
+def _files(state: AppState) -> tuple[Button, ...]:
+    return (
+        (icons.ICON_FA_FOLDER_OPEN, "Open a photo or a scene", cmd.AskOpen(), True),
+        (icons.ICON_FA_FLOPPY_DISK, "Save", cmd.Save(), state.num_finished > 0),
+        (icons.ICON_FA_CAMERA, "Save the picture", cmd.AskPicture(), len(state.scene) > 0),
+    )
+
+
+def _history(state: AppState) -> tuple[Button, ...]:
+    is_making = state.job is not None and state.job.level is not None
+    can_undo = undoable(state.scene) is not None and not is_making
+    return (
+        (icons.ICON_FA_ARROW_ROTATE_LEFT, "Undo a level", cmd.Undo(), can_undo),
+        (icons.ICON_FA_ARROW_ROTATE_RIGHT, "Redo", cmd.Redo(), bool(state.undone)),
+    )
+
+
+def _views(state: AppState) -> tuple[Button, ...]:
+    return (
+        (icons.ICON_FA_HOUSE, "The whole picture", cmd.GoHome(), True),
+        (icons.ICON_FA_LAYER_GROUP, "Levels", cmd.Toggle("tree"), len(state.scene) > 0),
+        (icons.ICON_FA_CIRCLE_QUESTION, "Keys and gestures", cmd.Toggle("help"), True),
+    )
+
+
+def _is_save(button: Button) -> bool:
+    return isinstance(button[2], cmd.Save)
+
+
+def _button(ui: Ui, button: Button, is_marked: bool) -> list[cmd.Command]:
+    icon, what, command, is_enabled = button
+    imgui.begin_disabled(not is_enabled)
+    with colored(ACCENT if is_marked else TEXT):
+        pressed = imgui.button(f"{icon}##{what}", (ui.pt(BUTTON_PT[0]), ui.pt(BUTTON_PT[1])))
+    imgui.end_disabled()
+    key = label_of(type(command)) if not isinstance(command, cmd.Toggle) else ""
+    tooltip(f"{what}   {key}" if key else what)
+    return [command] if pressed else []
+
+
+def _divider(ui: Ui) -> None:
+    imgui.same_line(0.0, ui.pt(7))
+    at = imgui.get_cursor_screen_pos()
+    top, bottom = at.y + ui.pt(6), at.y + ui.pt(BUTTON_PT[1] - 6)
+    imgui.get_window_draw_list().add_line((at.x, top), (at.x, bottom), u32(FAINT), ui.pt(1))
+    imgui.dummy((ui.pt(1), ui.pt(BUTTON_PT[1])))
+    imgui.same_line(0.0, ui.pt(7))

@@ -1,0 +1,33 @@
+"""Numbers as people read them."""
+
+import math
+
+PREFIXES = ("", "m", "µ", "n", "p", "f", "a")  # thousandths
+UNIT = "u"  # the world unit: the median distance in the photo
+
+
+def magnification_text(value: float) -> str:
+    """Returns a magnification, such as ×1.4, ×64 or ×2.1 million."""
+    if value < 9.95:
+        return f"×{value:.1f}"
+    for limit, name, size in ((1e6, "", 1.0), (1e9, " million", 1e6), (1e12, " billion", 1e9)):
+        if value < limit:
+            scaled = value / size
+            digits = f"{scaled:.1f}" if name and scaled < 100 else f"{scaled:,.0f}"
+            return f"×{digits}{name}"
+    return f"×{value / 1e12:.1f} trillion"
+
+
+def length_text(length: float) -> str:
+    """Returns a length in world units, such as 0.2 u, 50 mu or 2 µu."""
+    if length >= 0.1:
+        return f"{length:g} {UNIT}"
+    step = min(math.ceil(-math.log10(length) / 3.0 - 1e-9), len(PREFIXES) - 1)
+    return f"{round(length * 1000.0**step, 6):g} {PREFIXES[step]}{UNIT}"
+
+
+def count_text(count: int) -> str:
+    """Returns a count, such as 512, 83 k or 1.2 M."""
+    if count < 1000:
+        return str(count)
+    return f"{count / 1e3:.0f} k" if count < 999_500 else f"{count / 1e6:.1f} M"

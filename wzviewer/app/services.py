@@ -1,0 +1,102 @@
+"""What the app needs of the outside, as small protocols, so that each has a stand-in for tests."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from wzviewer.core.camera import Camera
+from wzviewer.core.scene import Scene
+from wzviewer.core.types import ByteArray
+from wzviewer.worker.client import Event
+
+
+class Client(Protocol):
+    """Thread 2 as the app sees it; `wzviewer.worker.client.WorkerClient`."""
+
+    def start(self) -> None:
+        """Starts the worker process."""
+
+    def close(self) -> None:
+        """Ends it."""
+
+    def load(self, scene: Scene) -> None:
+        """Takes over a scene."""
+
+    def reconstruct(self, image: ByteArray, seed: int = 0) -> int:
+        """Asks for E_0."""
+        ...
+
+    def synthesize(self, parent: int, camera: Camera, prompt: str = "", seed: int = 0) -> int:
+        """Asks for a further level."""
+        ...
+
+    def cancel(self) -> None:
+        """Stops the running request."""
+
+    def poll(self, budget_s: float = 0.002) -> list[Event]:
+        """Returns what happened."""
+        ...
+
+
+class Picture(Protocol):
+    """A rendered picture, still on the GPU; valid until the next one."""
+
+    def present_to(self, framebuffer: Any, viewport: tuple[int, int, int, int] | None = None) -> None:  # noqa: ANN401
+        """Draws it into a framebuffer, stretched to a viewport (x, y, width, height) in px."""
+
+    def read_color8(self) -> ByteArray:
+        """Returns (h, w, 3) uint8."""
+        ...
+
+
+class SceneRenderer(Protocol):
+    """Lines 6-7 of Algorithm 1, as the app sees them."""
+
+    def sync(self, scene: Scene) -> bool:
+        """Takes over some of what changed in the scene; returns whether that was all."""
+        ...
+
+    def draw(self, camera: Camera, fraction: float = 1.0) -> Picture:
+        """Renders the scene at a fraction of the camera's resolution."""
+        ...
+
+    def pick(self, camera: Camera, x_px: float, y_px: float) -> tuple[float, int] | None:
+        """Returns depth in world units and level index at a pixel; None on emptiness."""
+        ...
+
+    def statistics(self) -> dict[str, str]:
+        """Returns lines for the statistics panel."""
+        ...
+
+    def close(self) -> None:
+        """Frees the GPU."""
+
+
+class Dialogs(Protocol):
+    """File dialogs that do not stop the frame loop."""
+
+    def ask_open(self) -> bool:
+        """Shows the open dialog; False when the system has none."""
+        ...
+
+    def ask_save(self, suggestion: str) -> bool:
+        """Shows the save dialog; False when the system has none."""
+        ...
+
+    def ask_picture(self, suggestion: str) -> bool:
+        """Shows the dialog for a picture; False when the system has none."""
+        ...
+
+    def poll(self) -> Sequence[tuple[str, Path]]:
+        """Returns the answers given since the last call: (open, save or picture; path)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Services:
+    """The outside world of the app."""
+
+    client: Client
+    renderer: SceneRenderer
+    dialogs: Dialogs

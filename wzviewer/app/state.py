@@ -1,0 +1,244 @@
+"""The whole state of the app, frozen.  Only `app.apply` makes a new one.
+
+The scene is the exception: an append-only log that is shared with the renderer and the worker's
+client, and that `apply` extends in place.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from wzviewer.core.camera import Camera
+from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
+from wzviewer.core.scene import Scene
+from wzviewer.core.types import ByteArray, DoubleArray
+
+ToastKind = Literal["info", "done", "error"]
+DragKind = Literal["orbit", "pan"]
+DialogKind = Literal["open", "save", "picture", "unsaved", ""]
+COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
+TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
+REST_S = 0.2  # without motion, before the picture is refined
+
+
+@dataclass(frozen=True)
+class Toast:
+    """A short notice that goes by itself."""
+
+    text: str
+    kind: ToastKind
+    born_s: float
+
+    def is_alive(self, now_s: float) -> bool:
+        """Whether it is still shown."""
+        return now_s - self.born_s < TOAST_S[self.kind]
+
+
+@dataclass(frozen=True)
+class StageNote:
+    """A stage that has begun.
+
+    Attributes:
+        number: the paper's, 0 to 5.
+        name: as the worker calls it.
+        start_s: when it began, s.
+    """
+
+    number: int
+    name: str
+    start_s: float
+
+
+@dataclass(frozen=True)
+class Job:
+    """A request to the worker that is running.
+
+    Attributes:
+        request_id: the client's number of it.
+        kind: E_0 from a photo, or a further level.
+        prompt: U of the level.
+        started_s: when it was asked for, s.
+        stages: every stage begun, the running one last.
+        fraction: of the whole, [0, 1].
+        level: index of the level in the making, once a preview is there.
+        is_cancelling: whether the user asked to stop.
+    """
+
+    request_id: int
+    kind: Literal["photo", "level"]
+    prompt: str
+    started_s: float
+    stages: tuple[StageNote, ...] = ()
+    fraction: float = 0.0
+    level: int | None = None
+    is_cancelling: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Drag:
+    """A drag of the mouse; angles and shifts count from its start, so nothing accumulates."""
+
+    kind: DragKind
+    camera: Camera
+    pivot: DoubleArray
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Where the user is.
+
+    Attributes:
+        camera: C_render.
+        home: the whole picture, in the window's size.
+        focus: (3,) world point that speed and magnification refer to.
+        spring: the zoom that still runs after the wheel.
+        flight: a flight to another camera, or None.
+        drag: a drag of the mouse, or None.
+        moved_s: when the camera last moved, s.
+    """
+
+    camera: Camera
+    home: Camera
+    focus: DoubleArray
+    spring: ZoomSpring = field(default_factory=ZoomSpring)
+    flight: Flight | None = None
+    drag: Drag | None = None
+    moved_s: float = -1e9
+
+    @classmethod
+    def at_home(cls, camera: Camera, width: int, height: int) -> "View":
+        """Returns the view of a whole picture in a window."""
+        home = fitted(camera, width, height)
+        return cls(home, home, home.unproject(width / 2, height / 2, 1.0))
+
+    @property
+    def focus_depth(self) -> float:
+        """Depth of the focus, world units."""
+        return float(self.camera.to_camera(self.focus)[2])
+
+    @property
+    def magnification(self) -> float:
+        """How much larger the focus appears than from home."""
+        return total_magnification(self.camera, self.home, self.focus)
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the camera moves by itself or by a drag."""
+        return self.flight is not None or self.drag is not None or not self.spring.is_resting
+
+
+@dataclass(frozen=True)
+class Panels:
+    """What is shown beside the picture."""
+
+    tree: bool = True
+    statistics: bool = False
+    help: bool = False
+    dialog: DialogKind = ""
+    dialog_path: str = ""
+    wants_prompt_focus: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Goal:
+    """A level that is asked for: seen by ``camera``, reached perhaps through levels between."""
+
+    camera: Camera
+    prompt: str
+    focus: DoubleArray
+
+
+@dataclass(frozen=True, eq=False)
+class AppState:
+    """Everything that the panels show and the commands change.
+
+    Attributes:
+        view: camera and its motions.
+        scene: the log of levels.
+        photo: (h, w, 3) uint8, the picture before E_0 exists; None on the start page.
+        path: the scene's file, if it has one.
+        name: of the document, for the title.
+        saved: (levels, hidden) when last saved.
+        prompt: U_{i+1} as typed.
+        refusal: why the last prompt was refused; goes when the prompt changes.
+        job: the running request.
+        goal: what the running chain of levels is for.
+        is_goal_waiting: whether a flight has to end before the goal is asked for.
+        undone: levels that redo brings back, the next one last.
+        after: what to do once unsaved changes are settled.
+        is_closing: whether the loop ends.
+    """
+
+    view: View
+    scene: Scene = field(default_factory=Scene)
+    photo: ByteArray | None = None
+    path: Path | None = None
+    name: str = ""
+    saved: tuple[int, frozenset[int]] = (0, frozenset())
+    prompt: str = ""
+    refusal: str = ""
+    job: Job | None = None
+    goal: Goal | None = None
+    is_goal_waiting: bool = False
+    undone: tuple[int, ...] = ()
+    toasts: tuple[Toast, ...] = ()
+    panels: Panels = field(default_factory=Panels)
+    after: Callable[["AppState"], "AppState"] | None = None
+    now_s: float = 0.0
+    is_worker_ready: bool = False
+    is_closing: bool = False
+
+    @property
+    def has_document(self) -> bool:
+        """Whether there is a photo or a scene; otherwise the start page is shown."""
+        return self.photo is not None or len(self.scene) > 0
+
+    @property
+    def num_finished(self) -> int:
+        """Levels that are committed."""
+        return sum(self.scene.is_committed(level.index) for level in self.scene)
+
+    @property
+    def is_dirty(self) -> bool:
+        """Whether closing would lose a finished level."""
+        return self.num_finished > 0 and self.saved != (self.num_finished, self.scene.hidden)
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the picture moves, or did a moment ago."""
+        return self.view.is_moving or self.now_s - self.view.moved_s < REST_S
+
+    def with_toast(self, text: str, kind: ToastKind = "info") -> "AppState":
+        """Returns the state with one more notice; an equal one is renewed."""
+        others = tuple(t for t in self.toasts if t.text != text)
+        return replace(self, toasts=(*others, Toast(text, kind, self.now_s))[-4:])
+
+    def with_view(self, view: View) -> "AppState":
+        """Returns the state with another view; notes when the camera moved."""
+        if view.camera is not self.view.camera:
+            view = replace(view, moved_s=self.now_s)
+        return replace(self, view=view)
+
+
+def fitted(camera: Camera, width: int, height: int) -> Camera:
+    """Returns home: the whole picture in a window, or a little less when that fills the window."""
+    whole = camera.resized(width, height)
+    ratios = (width / camera.width, height / camera.height)
+    cover = max(ratios) / min(ratios)
+    return whole.zoomed(width / 2, height / 2, cover) if cover <= COVER_LIMIT else whole
+
+
+def empty_state(width: int, height: int) -> AppState:
+    """Returns the start page in a window."""
+    view = View.at_home(Camera.initial(width, height), width, height)
+    return AppState(view)
+
+
+def pixel_centre(camera: Camera) -> DoubleArray:
+    """Returns the centre of a picture, px, (2,)."""
+    return np.array([camera.width / 2, camera.height / 2])

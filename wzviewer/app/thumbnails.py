@@ -1,0 +1,73 @@
+"""Small pictures of the levels, and the flat photo, as textures that imgui can show."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from imgui_bundle import imgui
+
+from wzviewer.core.scene import Scene
+from wzviewer.core.types import ByteArray
+from wzviewer.gl.context import GlContext
+
+THUMBNAIL_PX = 384  # long side: twice what is shown, for dense screens
+
+
+@dataclass(frozen=True, eq=False)
+class Thumbnail:
+    """A texture with its aspect.
+
+    Attributes:
+        ref: for imgui.
+        aspect: width over height.
+    """
+
+    ref: imgui.ImTextureRef
+    aspect: float
+
+
+class Thumbnails:
+    """Keeps a texture per picture and frees those that are no longer shown."""
+
+    def __init__(self, context: GlContext) -> None:
+        self._ctx = context.ctx
+        self._kept: dict[object, tuple[ByteArray, Any, Thumbnail]] = {}
+
+    def of_scene(self, scene: Scene) -> dict[int, Thumbnail]:
+        """Returns a thumbnail for every level."""
+        return {level.index: self._of(level.index, level.image, THUMBNAIL_PX) for level in scene}
+
+    def of_photo(self, photo: ByteArray | None, key: str = "photo") -> Thumbnail | None:
+        """Returns a photo (h, w, 3) uint8 at full size."""
+        return self._of(key, photo, max(photo.shape)) if photo is not None else None
+
+    def keep_only(self, keys: set[object]) -> None:
+        """Frees the textures of other keys: level indices, or names given to `of_photo`."""
+        for key in [k for k in self._kept if k not in keys]:
+            self._kept.pop(key)[1].release()
+
+    def _of(self, key: object, image: ByteArray, long_side_px: int) -> Thumbnail:
+        kept = self._kept.get(key)
+        if kept is not None and kept[0] is image:
+            return kept[2]
+        if kept is not None:
+            kept[1].release()
+        small = shrunk(image, long_side_px)
+        size = (small.shape[1], small.shape[0])
+        texture = self._ctx.texture(size, 3, small.tobytes(), alignment=1)
+        texture.repeat_x = texture.repeat_y = False
+        thumbnail = Thumbnail(imgui.ImTextureRef(texture.glo), size[0] / size[1])
+        self._kept[key] = (image, texture, thumbnail)
+        return thumbnail
+
+    def close(self) -> None:
+        """Frees all textures."""
+        self.keep_only(set())
+
+
+def shrunk(image: ByteArray, long_side_px: int) -> ByteArray:
+    """Returns an image (h, w, 3) uint8 averaged over whole blocks, its long side not below the limit."""
+    factor = max(max(image.shape[:2]) // long_side_px, 1)
+    height, width = (side // factor for side in image.shape[:2])
+    blocks = image[: height * factor, : width * factor].reshape(height, factor, width, factor, 3)
+    return np.ascontiguousarray(blocks.mean(axis=(1, 3)).round().astype(np.uint8))
