@@ -63,7 +63,8 @@ def parse_zoom(text: str) -> Zoom:
         values = []
     if len(values) not in (2, 3) or any(v != v for v in values):
         raise InputError(f"--zoom {text}", "must be X,Y or X,Y,FACTOR", "For example --zoom .5,.6")
-    return Zoom(*values)
+    x, y, factor = [*values, ZOOM_FACTOR][:3]
+    return Zoom(x, y, factor)
 
 
 def parse_size(text: str) -> tuple[int, int]:

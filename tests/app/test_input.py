@@ -1,11 +1,13 @@
 """Mouse and keyboard to commands."""
 
+from dataclasses import replace
+
 import pytest
 from imgui_bundle import imgui
 
 from tests.app.fakes import make_scene, state_with
 from wzviewer.app import commands as cmd
-from wzviewer.app.state import empty_state
+from wzviewer.app.state import Panels, empty_state
 
 
 @pytest.fixture
@@ -25,7 +27,7 @@ def drag(screen, state, button, *modifiers):
         commands += screen.frame(state)
     screen.io.add_mouse_button_event(button, False)
     commands += screen.frame(state)
-    return [c for c in commands if not isinstance(c, cmd.FocusPrompt)]
+    return commands
 
 
 def test_wheel_zooms_to_the_cursor(screen, state):
@@ -63,7 +65,7 @@ def test_right_and_shift_drag_pan(screen, state, button, modifiers):
 
 
 def test_a_click_is_no_drag(screen, state):
-    assert [c for c in screen.click(state, 640, 300) if not isinstance(c, cmd.FocusPrompt)] == []
+    assert screen.click(state, 640, 300) == []
 
 
 def test_double_click_flies_there(screen, state):
@@ -98,3 +100,10 @@ def test_the_start_page_has_no_picture_to_move(screen):
     screen.io.add_mouse_wheel_event(0.0, 1.0)
     assert screen.frame(start) == []
     assert screen.press(start, imgui.Key.w) == []
+
+
+def test_a_dialog_takes_escape_and_enter_only(screen, state):
+    asking = replace(state, panels=Panels(dialog="unsaved"))
+    assert screen.press(asking, imgui.Key.g) == []
+    assert screen.press(asking, imgui.Key.enter) == [cmd.SettleUnsaved("save")]
+    assert screen.press(asking, imgui.Key.escape) == [cmd.Escape()]

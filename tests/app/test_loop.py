@@ -13,7 +13,7 @@ from tests.app.fakes import FakeClient, FakeDialogs, checker
 from wzviewer.app import commands as cmd
 from wzviewer.app.loop import App
 from wzviewer.app.services import Services
-from wzviewer.app.window import OffscreenWindow
+from wzviewer.app.window import GlfwWindow, OffscreenWindow
 from wzviewer.core.photos import encode_png, load_photo
 from wzviewer.errors import ContextError
 
@@ -98,6 +98,16 @@ def test_closing_ends_the_loop(app):
     app.do(cmd.Close())
     app.run(None, 10**6)
     assert ("close",) not in app.services.client.calls
+
+
+def test_no_display_is_one_clear_line(monkeypatch):
+    if not sys.platform.startswith("linux"):
+        pytest.skip("only Linux can be without a display")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    with pytest.raises(ContextError, match="there is no display") as caught:
+        GlfwWindow()
+    assert "\n" not in caught.value.line()
 
 
 WINDOWED = """

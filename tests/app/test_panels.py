@@ -140,3 +140,14 @@ def test_help_shows_every_key():
 def test_no_key_does_two_things():
     chords = [(key, b.ctrl, b.ctrl and b.shift) for b in BINDINGS for key in b.keys]
     assert len(chords) == len(set(chords))
+
+
+def test_escape_leaves_the_line_and_keeps_the_text(screen):
+    state = replace(state_with(make_scene(1)), prompt="a wasp")
+    rect = arrange(1280, 800, 1.0).prompt
+    screen.click(state, rect.x + 60, rect.y + 23)
+    screen.io.add_input_characters_utf8("p")
+    (edit,) = screen.frame(state)
+    state = replace(state, prompt=edit.text)
+    assert screen.press(state, imgui.Key.escape) == []
+    assert screen.press(state, imgui.Key.t) == [cmd.Toggle("tree")]

@@ -11,7 +11,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
 from wzviewer.app.picking import depth_on_relief, world_point
 from wzviewer.app.state import View, fitted
-from wzviewer.app.viewing import advance
+from wzviewer.app.viewing import advance, refocus
 from wzviewer.core.camera import Camera
 
 
@@ -37,8 +37,18 @@ def test_wheel_magnifies_about_the_cursor_and_comes_to_rest(services, state):
     assert state.is_moving
     state = later(state)
     assert not state.is_moving
-    assert state.view.magnification == pytest.approx(1.2**3, rel=0.02)  # the focus moved to the cursor
+    assert state.view.magnification == pytest.approx(1.2**3)
     assert np.allclose(state.view.camera.project(point)[:2], [100.0, 80.0], atol=1e-6)
+
+
+def test_at_rest_the_focus_is_what_lies_at_the_centre(services, state):
+    state = replace(state, now_s=9.0)
+    moving = apply(services, state, [cmd.Zoom(100.0, 80.0, 3.0)])
+    assert refocus(services, moving) is moving
+    rested = later(moving)
+    focused = refocus(services, rested)
+    assert np.allclose(focused.view.camera.project(focused.view.focus)[:2], [320.0, 210.0], atol=1e-6)
+    assert refocus(services, focused) is focused
 
 
 def test_zoom_ends_far_out_and_far_in(services, state):

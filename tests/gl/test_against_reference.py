@@ -133,9 +133,9 @@ def test_culling_never_changes_the_picture(renderer):
         near.zoomed(10.0, 100.0, 3.0),
         orbited(scene[2].camera, scene[2].frame.origin, -8.0),
     ):
-        culled = renderer.render(camera)
+        culled = renderer.render(camera, RenderSettings(quads=True))
         first = culled.read_color()
-        whole = renderer.render(camera, RenderSettings(culling=False))
+        whole = renderer.render(camera, RenderSettings(quads=True, culling=False))
         assert culled.stats.num_visible < whole.stats.num_visible
         assert np.abs(first - whole.read_color()).max() < 1e-6
 

@@ -6,7 +6,7 @@ from tests.gl.surfaces import flat_scene, hill_scene, orbited
 from wzviewer.core import reference
 from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.scene import modulation
-from wzviewer.gl.cull import ChunkBounds, chunk_radii_px, in_frustum, unmodulated, weightless
+from wzviewer.gl.cull import ChunkBounds, chunk_radii_px, clipped, in_frustum, unmodulated, weightless
 
 CHUNK = 37  # small, and no divisor of anything
 
@@ -27,7 +27,8 @@ def test_nothing_that_is_seen_is_culled():
             bounds = ChunkBounds.of_surfels(level.surfels, CHUNK)
             view = AnchoredView.expand(camera, level.frame)
             keep = in_frustum(bounds, view, (camera.width, camera.height))
-            empty = weightless(bounds, view, modulation(scene, level.index))
+            part = clipped(bounds, view, (camera.width, camera.height))
+            empty = weightless(part, view, modulation(scene, level.index))
             parts = reference.footprints(
                 level.surfels,
                 level.frame,
@@ -40,9 +41,9 @@ def test_nothing_that_is_seen_is_culled():
             reach = parts.centers_px + parts.extents_px
             seen = (reach > 0).all(1) & (parts.centers_px - parts.extents_px < size).all(1)
             assert not (seen & ~keep[chunk]).any()
-            assert parts.weights[empty[chunk]].max(initial=0.0) < 1e-9
-            radius = chunk_radii_px(bounds, view)
-            assert (parts.extents_px.max(1) <= radius[chunk] * (1 + 1e-6)).all()
+            assert parts.weights[seen & empty[chunk]].max(initial=0.0) < 1e-9
+            radius = chunk_radii_px(part, view)
+            assert (parts.extents_px.max(1)[seen] <= radius[chunk][seen] * (1 + 1e-6)).all()
             culled += int((~keep | empty).sum())
     assert culled > 500  # the tests above would hold for a cull that keeps everything
 

@@ -1,7 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.gl.surfaces import add_surface, hill_scene
+from tests.gl.surfaces import add_surface, flat_scene, hill_scene
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
 from wzviewer.gl.frame import RenderSettings
@@ -59,9 +61,26 @@ def test_the_background_shows_where_nothing_is(gl_context):
     renderer = SurfelRenderer(gl_context)
     renderer.sync(scene)
     camera = scene[0].camera.zoomed(20.0, 14.0, 0.3)
-    frame = renderer.render(camera, RenderSettings(background=(0.2, 0.4, 0.6, 1.0)))
+    settings = RenderSettings(background=(0.2, 0.4, 0.6, 1.0), closed_coverage=1.0)
+    frame = renderer.render(camera, settings)
     np.testing.assert_array_equal(frame.read_color8()[0, 0], [51, 102, 153])
     assert frame.read_rgba8()[0, 0, 3] == 0
     over = frame.read_color()[..., :3] + (1 - frame.read_coverage()[..., None]) * [0.2, 0.4, 0.6]
     np.testing.assert_allclose(frame.read_color8(), over * 255.0, atol=0.51)  # rounded once
+    renderer.release()
+
+
+def test_a_closed_surface_lets_no_background_through(gl_context):
+    scene = flat_scene(48, 36, num_levels=1, color=128)
+    renderer = SurfelRenderer(gl_context)
+    renderer.sync(scene)
+    camera = replace(scene[0].camera, cx=24.5, cy=18.5)  # pixel centres between surfels
+    settings = RenderSettings(background=(1.0, 1.0, 1.0, 1.0))
+    frame = renderer.render(camera, settings)
+    assert 0.92 < frame.read_coverage()[18, 24] < 0.95  # measured 0.936
+    inner = (slice(4, -4), slice(4, -4))
+    assert np.abs(frame.read_color8()[inner].astype(int) - 128).max() <= 1
+    assert (frame.read_rgba8()[inner][..., 3] == 255).all()
+    as_rendered = renderer.render(camera, replace(settings, closed_coverage=1.0)).read_color8()
+    assert as_rendered[18, 24, 0] > 134
     renderer.release()

@@ -62,7 +62,6 @@ def _read_mouse(state: AppState, hand: Hand) -> tuple[Hand, list[cmd.Command]]:
     for button in (LEFT, RIGHT, MIDDLE):
         if hand.button is None and imgui.is_mouse_clicked(button):
             hand = Hand(button, (x, y))
-            commands.append(cmd.FocusPrompt(False))
     return hand, commands
 
 
@@ -83,6 +82,8 @@ def _held(hand: Hand, x: float, y: float) -> tuple[Hand, list[cmd.Command]]:
 
 def _read_keys(state: AppState) -> list[cmd.Command]:
     io = imgui.get_io()
+    if state.panels.dialog:
+        return _answer(state)
     if io.want_text_input:  # keys are dead while typing; the prompt line reads its own Enter and Escape
         return []
     commands: list[cmd.Command] = []
@@ -90,9 +91,18 @@ def _read_keys(state: AppState) -> list[cmd.Command]:
         pressed = any(imgui.is_key_pressed(key, repeat=False) for key in binding.keys)
         if pressed and binding.command is not None and matches(binding, io.key_ctrl, io.key_shift):
             commands.append(binding.command())
-    if io.key_ctrl or not state.has_document or state.panels.dialog:
+    if io.key_ctrl or not state.has_document:
         return commands
     return [*commands, *_fly(io.key_shift, io.key_alt)]
+
+
+def _answer(state: AppState) -> list[cmd.Command]:
+    """A dialog takes Escape and Enter and no other key; its line of text reads its own Enter."""
+    if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
+        return [cmd.Escape()]
+    if state.panels.dialog == "unsaved" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
+        return [cmd.SettleUnsaved("save")]
+    return []
 
 
 def _fly(is_fast: bool, is_slow: bool) -> list[cmd.Command]:

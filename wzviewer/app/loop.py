@@ -18,7 +18,7 @@ from wzviewer.app.panels.surface import Ui
 from wzviewer.app.services import Client, SceneRenderer, Services
 from wzviewer.app.state import empty_state
 from wzviewer.app.thumbnails import Thumbnails
-from wzviewer.app.viewing import advance
+from wzviewer.app.viewing import advance, refocus
 from wzviewer.app.window import GlfwWindow, OffscreenWindow, Pulse, Window
 from wzviewer.core.photos import encode_png, fit_photo, load_photo, whole_file
 from wzviewer.core.types import ByteArray
@@ -93,6 +93,7 @@ class App:
             self.do(cmd.Open(path))
         if pulse.wants_close:
             self.do(cmd.Close())
+        self.state = refocus(self.services, self.state)
         self._name_window()
 
     def _paint(self, framebuffer: Any) -> None:  # noqa: ANN401 - a moderngl object

@@ -95,7 +95,8 @@ class View:
     Attributes:
         camera: C_render.
         home: the whole picture, in the window's size.
-        focus: (3,) world point that speed and magnification refer to.
+        focus: (3,) world point that speed and magnification refer to: what one looks at.
+        focused: camera that the focus was found for; None when it is out of date.
         spring: the zoom that still runs after the wheel.
         flight: a flight to another camera, or None.
         drag: a drag of the mouse, or None.
@@ -105,6 +106,7 @@ class View:
     camera: Camera
     home: Camera
     focus: DoubleArray
+    focused: Camera | None = None
     spring: ZoomSpring = field(default_factory=ZoomSpring)
     flight: Flight | None = None
     drag: Drag | None = None

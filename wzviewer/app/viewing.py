@@ -30,10 +30,18 @@ def advance(state: AppState, dt_s: float) -> AppState:
     return state.with_view(view)
 
 
+def refocus(services: Services, state: AppState) -> AppState:
+    """Looks where the view has come to rest: what lies at its centre is the new focus."""
+    view = state.view
+    if state.is_moving or not len(state.scene) or view.focused is view.camera:
+        return state
+    focus = point_at(services, state, view.camera.width / 2, view.camera.height / 2)
+    return replace(state, view=replace(view, focus=focus, focused=view.camera))
+
+
 def zoom(services: Services, state: AppState, command: cmd.Zoom) -> AppState:
     """Turns the wheel: the pixel under the cursor keeps its place."""
     view = replace(state.view, flight=None)
-    view = replace(view, focus=point_at(services, state, command.x_px, command.y_px))
     spring = view.spring.turned(command.x_px, command.y_px, command.notches)
     limit = OUT_LIMIT if command.notches < 0 else IN_LIMIT
     room = math.log(limit / view.magnification)

@@ -7,6 +7,7 @@ framebuffer.  imgui's native backends draw the panels, so no second GL binding i
 import contextlib
 import ctypes
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -163,7 +164,9 @@ class GlfwWindow:
 
     def __init__(self, size: tuple[int, int] = START_SIZE) -> None:
         self._glfw = import_glfw()
-        self._window = self._open(size)
+        with warnings.catch_warnings():  # what glfw warns of is said by the errors below
+            warnings.simplefilter("ignore")
+            self._window = self._open(size)
         self.context = create_context("window")
         self._screen = self.context.ctx.screen
         self._dropped: list[Path] = []

@@ -57,7 +57,7 @@ def file_bytes_per_surfel(scene: Scene) -> float:
 
 def consistency(scene: Scene) -> dict[str, Any]:
     """Every new image, shrunk, against the crop of its parent's image."""
-    values = {}
+    values: dict[str, Any] = {}
     for level in list(scene)[1:]:
         values[f"consistency_db_level_{level.index}"] = consistency_db(scene, level.index)
         values[f"observation_consistency_db_level_{level.index}"] = level.notes.get("consistency_db")

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from wzviewer.commands.bench_scenes import chain_scene, consistent_chain
-from wzviewer.commands.cameras import between
 from wzviewer.commands.rendering import picture, scene_renderer
 from wzviewer.core.camera import Camera
+from wzviewer.core.navigation import interpolated
 from wzviewer.core.reference import Blend
 from wzviewer.core.scene import Scene
 from wzviewer.gl.frame import RenderSettings
@@ -44,7 +44,7 @@ def leak(renderer: SurfelRenderer, scene: Scene, blend: Blend) -> float:
     """Leak between levels 0 and 1 over the middle of level 1."""
     through = []
     for t in np.linspace(0.0, 1.0, LEAK_STEPS):
-        camera = between(_at_scale_of_parent(scene), scene[1].camera, float(t))
+        camera = interpolated(_at_scale_of_parent(scene), scene[1].camera, scene[1].frame.origin, float(t))
         settings = RenderSettings(blend=blend, outputs=frozenset({"color", "coverage"}))
         coverage = renderer.render(camera, settings).read_coverage()
         h, w = coverage.shape
@@ -64,8 +64,9 @@ def step_sizes(renderer: SurfelRenderer, scene: Scene) -> list[float]:
 
     The motion of the zoom itself is the same in every frame, so a pop stands out of the median.
     """
-    start, end = scene[0].camera, scene[len(scene) - 1].camera
-    frames = (picture(renderer, between(start, end, t)) for t in np.linspace(0, 1, ZOOM_FRAMES))
+    start, last = scene[0].camera, scene[len(scene) - 1]
+    path = (interpolated(start, last.camera, last.frame.origin, t) for t in np.linspace(0, 1, ZOOM_FRAMES))
+    frames = (picture(renderer, camera) for camera in path)
     before: Any = None
     steps = []
     for frame in frames:

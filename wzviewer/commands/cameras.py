@@ -2,12 +2,12 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
+from wzviewer.core import navigation
 from wzviewer.core.camera import Camera
 from wzviewer.core.records import camera_from_json
 from wzviewer.core.scene import Scene
@@ -53,27 +53,18 @@ def camera_of(scene: Scene, level: int, magnify: float = 1.0, orbit_deg: float =
 
 def orbited(camera: Camera, pivot: DoubleArray, yaw_deg: float) -> Camera:
     """Turns the view about a world point, which keeps its pixel and its depth."""
-    if yaw_deg == 0.0:
-        return camera
-    angle = np.deg2rad(yaw_deg)
-    turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
-    pose = np.eye(4)
-    pose[:3, :3] = turn @ camera.rotation
-    pose[:3, 3] = camera.to_camera(pivot) - pose[:3, :3] @ pivot
-    turned = replace(camera, camera_from_world=pose)
-    # At deep zooms the pose itself is rounded to parts of a pixel: the principal point takes that up.
-    before, after = camera.project(pivot), turned.project(pivot)
-    return replace(turned, cx=turned.cx + before[0] - after[0], cy=turned.cy + before[1] - after[1])
+    return camera if yaw_deg == 0.0 else navigation.orbited(camera, pivot, float(np.deg2rad(yaw_deg)), 0.0)
 
 
 def zoom_path(scene: Scene, level: int) -> list[Camera]:
     """From C_0 through every level's camera to C_K: even in log focal length, resting at each."""
-    stops = [scene[i].camera for i in scene.path(level)]
+    stops = [scene[i] for i in scene.path(level)]
     hold = round(HOLD_SECONDS * FPS)
-    path = [stops[0]] * hold
+    path = [stops[0].camera] * hold
     for a, b in pairwise(stops):
-        path += [between(a, b, t) for t in _eased(round(SECONDS_PER_LEVEL * FPS))]
-        path += [b] * hold
+        steps = _eased(round(SECONDS_PER_LEVEL * FPS))
+        path += [navigation.interpolated(a.camera, b.camera, b.frame.origin, t) for t in steps]
+        path += [b.camera] * hold
     return path
 
 
@@ -82,14 +73,6 @@ def orbit_path(scene: Scene, level: int, magnify: float = 1.0) -> list[Camera]:
     camera = camera_of(scene, level, magnify)
     phases = np.linspace(0.0, 2.0 * np.pi, round(ORBIT_SECONDS * FPS), endpoint=False)
     return [orbited(camera, scene[level].frame.origin, ORBIT_DEG * np.sin(p)) for p in phases]
-
-
-def between(a: Camera, b: Camera, t: float) -> Camera:
-    """A camera on the zoom from a to b of one pose: log focal, straight about their common fixed point."""
-    focal = np.exp((1.0 - t) * np.log(a.fx) + t * np.log(b.fx))
-    share = (focal - a.fx) / (b.fx - a.fx) if b.fx != a.fx else t
-    cx, cy = a.cx + share * (b.cx - a.cx), a.cy + share * (b.cy - a.cy)
-    return replace(a, fx=float(focal), fy=float(focal * a.fy / a.fx), cx=float(cx), cy=float(cy))
 
 
 def _eased(count: int) -> Iterator[float]:

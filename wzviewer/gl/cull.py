@@ -41,13 +41,17 @@ class ChunkBounds:
         starts = np.arange(0, len(surfels), chunk_surfels)
         low = np.minimum.reduceat(surfels.means, starts, axis=0).astype(np.float64)
         high = np.maximum.reduceat(surfels.means, starts, axis=0).astype(np.float64)
-        pick = np.array([[(k >> axis) & 1 for axis in range(3)] for k in range(8)], bool)
-        corners = np.where(pick, high[:, None], low[:, None])
         sigmas = np.maximum.reduceat(surfels.scales.max(1), starts)
-        return cls(corners, sigmas, np.maximum.reduceat(surfels.coverage, starts))
+        return cls(box_corners(low, high), sigmas, np.maximum.reduceat(surfels.coverage, starts))
 
     def __len__(self) -> int:
         return len(self.corners)
+
+
+def box_corners(low: DoubleArray, high: DoubleArray) -> DoubleArray:
+    """Corners (c, 8, 3) of boxes; the first is the lowest, the last the highest."""
+    pick = np.array([[(k >> axis) & 1 for axis in range(3)] for k in range(8)], bool)
+    return np.where(pick, high[:, None], low[:, None])
 
 
 def every(test: BoolArray) -> BoolArray:
@@ -86,6 +90,29 @@ def in_frustum(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]
         at = bounds.corners @ row[:3] / np.where(crossing[:, None], 1.0, D) + row[3]
         outside = outside | every(at < -radius[:, None]) | every(at > size + radius[:, None])
     return ~behind & (crossing | ~outside)
+
+
+def clipped(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]) -> ChunkBounds:
+    """Shrinks each box to the part whose surfels can touch the image; a box without one is left alone.
+
+    Deep in a zoom a chunk of an ancestor is far larger than the view, and only what is in view decides
+    whether a child covers it and how large its footprints are.
+    """
+    low, high = bounds.corners[:, 0], bounds.corners[:, 7]
+    radius = chunk_radii_px(bounds, view) + MARGIN_PX
+    whole = np.isfinite(radius)
+    D = depths(view.rows[2], bounds.corners)
+    ends = np.stack([D.min(1), D.max(1)], 1)[:, :, None]  # (c, 2, 1)
+    reach = np.where(whole, radius, 0.0)[:, None, None]
+    right, bottom = np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1])
+    x_px = right * size_px[0] + (2 * right - 1) * reach - view.rows[0, 3]
+    y_px = bottom * size_px[1] + (2 * bottom - 1) * reach - view.rows[1, 3]
+    sides = np.stack([x_px * ends, y_px * ends, ends - 1.0 + 0.0 * x_px], -1)  # (c, 2, 4, 3)
+    points = (sides @ np.linalg.inv(view.rows[:, :3]).T).reshape(len(bounds), 8, 3)
+    inner_low, inner_high = np.maximum(low, points.min(1)), np.minimum(high, points.max(1))
+    use = (whole & (inner_low <= inner_high).all(1))[:, None]
+    corners = box_corners(np.where(use, inner_low, low), np.where(use, inner_high, high))
+    return ChunkBounds(corners, bounds.sigmas, bounds.coverage)
 
 
 def log_ratio(upper: DoubleArray, lower: DoubleArray, corners: DoubleArray) -> DoubleArray:

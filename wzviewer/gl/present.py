@@ -25,6 +25,7 @@ class Presenter:
         frame: moderngl.Texture,
         framebuffer: moderngl.Framebuffer,
         background: Rgba,
+        closed_coverage: float = 1.0,
         viewport: Viewport | None = None,
         smooth: bool = True,
         top_first: bool = False,
@@ -35,6 +36,7 @@ class Presenter:
             frame: premultiplied texture whose first row is the top of the image.
             framebuffer: a window's or another.
             background: straight RGBA behind the frame.
+            closed_coverage: see `RenderSettings`.
             viewport: (x, y, width, height) in px from the lower left; None is all of it.
             smooth: linear filtering when sizes differ, else nearest.
             top_first: the framebuffer's first row is the top (a texture to be read), not a window.
@@ -44,6 +46,7 @@ class Presenter:
         frame.use(0)
         self._program["t_frame"] = 0
         self._program["u_background"] = background
+        self._program["u_closed"] = closed_coverage
         self._program["u_top_first"] = float(top_first)
         framebuffer.viewport = viewport or (0, 0, *framebuffer.size)
         framebuffer.use()
@@ -51,11 +54,11 @@ class Presenter:
         self._array.render(moderngl.TRIANGLES, vertices=3)
         framebuffer.viewport = kept
 
-    def read(self, frame: moderngl.Texture, background: Rgba) -> ByteArray:
+    def read(self, frame: moderngl.Texture, background: Rgba, closed_coverage: float = 1.0) -> ByteArray:
         """Composites a frame and reads it, (h, w, 4) uint8, alpha straight where background has none."""
         width, height = frame.size
         target = self._bytes.resize(width, height)
-        self.draw(frame, target, background, smooth=False, top_first=True)
+        self.draw(frame, target, background, closed_coverage, smooth=False, top_first=True)
         data = target.read(components=4, alignment=1)
         return np.frombuffer(data, np.uint8).reshape(height, width, 4)
 

@@ -17,7 +17,7 @@ from wzviewer.core.reference import Focus, focus_of
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray, IntArray
-from wzviewer.gl.cull import ChunkBounds, chunk_radii_px, in_frustum, unmodulated, weightless
+from wzviewer.gl.cull import ChunkBounds, chunk_radii_px, clipped, in_frustum, unmodulated, weightless
 from wzviewer.gl.order import Run, UIntArray, order_runs
 
 
@@ -100,14 +100,38 @@ class Prepared:
     sort_ms: float
 
 
-def visible_chunks(
-    state: LevelState, view: AnchoredView, size_px: tuple[int, int], modulated: bool
-) -> IntArray:
-    """Chunks of a level that may contribute, ascending, (k,) int32."""
-    keep = in_frustum(state.bounds, view, size_px)
-    if modulated:
-        keep &= ~weightless(state.bounds, view, state.modulation)
-    return np.flatnonzero(keep).astype(np.int32)
+@dataclass(frozen=True, eq=False)
+class SeenChunks:
+    """Chunks of a level that may contribute to a view.
+
+    Attributes:
+        chunks: (k,) int32, ascending.
+        radius_px: bound of the footprint radii.
+        is_unit_weight: whether w = 1 is certain for all of them.
+    """
+
+    chunks: IntArray
+    radius_px: float
+    is_unit_weight: bool
+
+    @classmethod
+    def of_level(
+        cls, state: LevelState, view: AnchoredView, size_px: tuple[int, int], modulated: bool
+    ) -> "SeenChunks":
+        """Culls by frustum and by weight."""
+        keep = in_frustum(state.bounds, view, size_px)
+        part = clipped(state.bounds, view, size_px)
+        if modulated:
+            keep = keep & ~weightless(part, view, state.modulation)
+        radii = chunk_radii_px(part, view)[keep]
+        sure = not modulated or bool(unmodulated(part, view, state.modulation)[keep].all())
+        return cls(np.flatnonzero(keep).astype(np.int32), float(radii.max(initial=0.0)), sure)
+
+    @classmethod
+    def all_of(cls, state: LevelState, view: AnchoredView, modulated: bool) -> "SeenChunks":
+        """Culls nothing."""
+        radii = chunk_radii_px(state.bounds, view)
+        return cls(np.arange(len(radii), dtype=np.int32), float(radii.max(initial=0.0)), not modulated)
 
 
 def prepare(
@@ -123,21 +147,28 @@ def prepare(
     """
     began = time.perf_counter()
     views = {i: AnchoredView.expand(camera, state.level.frame) for i, state in states.items()}
-    runs, radius, num_chunks, is_unit = [], 0.0, 0, True
-    for i, state in states.items():
-        chunks = np.arange(len(state.bounds), dtype=np.int32)
-        if culling:
-            chunks = visible_chunks(state, views[i], (camera.width, camera.height), modulated)
-        runs += state.runs(chunks, views[i])
-        radius = max(radius, float(chunk_radii_px(state.bounds, views[i])[chunks].max(initial=0.0)))
-        num_chunks += len(chunks)
-        is_unit &= not modulated or bool(unmodulated(state.bounds, views[i], state.modulation)[chunks].all())
+    size_px = (camera.width, camera.height)
+    seen = {
+        i: SeenChunks.of_level(state, views[i], size_px, modulated)
+        if culling
+        else SeenChunks.all_of(state, views[i], modulated)
+        for i, state in states.items()
+    }
+    runs = [run for i, state in states.items() for run in state.runs(seen[i].chunks, views[i])]
     culled = time.perf_counter()
     order = order_runs(runs, _focus(states, camera))
     sorted_at = time.perf_counter()
-    num_surfels = sum(len(state.surfels) for state in states.values())
-    times = (1e3 * (culled - began), 1e3 * (sorted_at - culled))
-    return Prepared(views, runs, order, radius, is_unit, num_chunks, num_surfels, *times)
+    return Prepared(
+        views=views,
+        runs=runs,
+        order=order,
+        radius_px=max((level.radius_px for level in seen.values()), default=0.0),
+        is_unit_weight=all(level.is_unit_weight for level in seen.values()),
+        num_chunks=sum(len(level.chunks) for level in seen.values()),
+        num_surfels=sum(len(state.surfels) for state in states.values()),
+        cull_ms=1e3 * (culled - began),
+        sort_ms=1e3 * (sorted_at - culled),
+    )
 
 
 def _focus(states: Mapping[int, LevelState], camera: Camera) -> Focus:

@@ -51,7 +51,7 @@ def path_modulation(path: Sequence[Level], position: int) -> Modulation:
     parent_rows = None
     if position > 0:
         parent_rows = AnchoredView.expand(path[position - 1].camera, level.frame).rows[2]
-    covers = ()
+    covers: tuple[Cover, ...] = ()
     if position + 1 < len(path):
         covers = (Cover.expand(path[position + 1].camera, level.camera, level.frame),)
     return Modulation(parent_rows, covers)
@@ -69,7 +69,7 @@ def _visible_part(path: Sequence[Level], position: int, camera: Camera) -> Level
     means = level.surfels.means
     with np.errstate(all="ignore"):
         points_px = view.project(means)
-        low, high = -FRAME_MARGIN_PX, FRAME_MARGIN_PX + np.float32([camera.width, camera.height])
+        low, high = -FRAME_MARGIN_PX, FRAME_MARGIN_PX + np.array([camera.width, camera.height])
         index = np.flatnonzero(np.all((points_px > low) & (points_px < high), axis=1))
     surfels = level.surfels.take(index)
     modulation = path_modulation(path, position)

@@ -13,7 +13,6 @@ import traceback
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
-
 from typing import Any
 
 import numpy as np

@@ -46,9 +46,10 @@ def _line(state: AppState, ui: Ui, rect: Rect) -> list[cmd.Command]:
     hint = HINT if rect.width > ui.pt(560) else SHORT_HINT
     flags = imgui.InputTextFlags_.none.value
     changed, text = imgui.input_text_with_hint("##prompt", hint, state.prompt, flags)
-    if changed:
+    if changed and not imgui.is_key_pressed(imgui.Key.escape):  # which would bring back the old text
         commands.append(cmd.EditPrompt(text))
-    if imgui.is_item_deactivated() and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
+    enters = (imgui.Key.enter, imgui.Key.keypad_enter)
+    if imgui.is_item_deactivated() and any(imgui.is_key_pressed(key, repeat=False) for key in enters):
         commands.append(cmd.Generate())
     imgui.same_line(0.0, ui.pt(7))
     return commands + _action(state, ui, (button, ui.layout.prompt.height - ui.pt(14)))

@@ -85,7 +85,7 @@ def test_refusal_names_what_is_known_nearest_first():
         parse("a butterfloid")
     assert caught.value.hint.startswith("Known: a butterfly")
     with pytest.raises(PromptError) as caught:
-        parse("a purpel-ish ladybug")
+        parse("a purplish ladybug")
     assert "purple" in caught.value.hint
     assert "also an image file" in caught.value.hint
 

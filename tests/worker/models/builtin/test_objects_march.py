@@ -124,4 +124,4 @@ def test_every_body_stands_on_its_ground(name):
     mask, relief = render_mask(Scene(body, Pose(below, 60.0, (60.0, 60.0, 0.0)), 120, 120))
     lowest = np.nanmin(relief) / 60
     assert mask.any()
-    assert -0.03 < lowest < 0.03  # body lengths; measured -.012 (belly of the ladybug) to .010
+    assert -0.025 < lowest < 0.0  # body lengths, sunk in a little; measured -.0165 to -.003

@@ -144,10 +144,11 @@ def contour(probability: FloatArray, half: ByteArray, full: ByteArray) -> Sky:
 
 
 def tidy(p: FloatArray) -> FloatArray:
-    """Drops sky specks and gives islands that hang in the sky back to it."""
+    """Drops sky specks (bright windows, gaps in leaves) and gives islands that hang in the sky back to it."""
     p = p.copy()
     count, labels, stats, _ = cv2.connectedComponentsWithStats((p > 0.5).astype(np.uint8), connectivity=4)
-    specks = stats[:, cv2.CC_STAT_AREA] < 0.0015 * p.size
+    area, detached = stats[:, cv2.CC_STAT_AREA], stats[:, cv2.CC_STAT_TOP] > 0
+    specks = area < np.where(detached, 0.01, 0.0015) * p.size
     specks[0] = False
     p[specks[labels]] = 0.0
     count, labels, stats, _ = cv2.connectedComponentsWithStats((p <= 0.5).astype(np.uint8), connectivity=4)

@@ -1,5 +1,7 @@
 """Insect skins: punctured, netted, furrowed; spots, shields, facets, and what they show up close."""
 
+from math import floor, sqrt
+
 import numpy as np
 from numba import njit
 
@@ -67,7 +69,7 @@ def elytra(
         gain(
             out, 1.0 + 0.10 * noise3(x * 7.0, y * 7.0, z * 7.0) + 0.06 * noise3(x * 23.0, y * 23.0, z * 23.0)
         )
-    rim = smoothstep(0.82, 1.02, (lx * lx + ly * ly) ** 0.5)
+    rim = smoothstep(0.82, 1.02, sqrt(lx * lx + ly * ly))
     gain(out, 1.0 - 0.35 * rim)
     count = int(M[m, 17]) if colored else 0
     soft = max(0.0045, 1.5 * px)
@@ -75,11 +77,11 @@ def elytra(
         sx = 0.0 if s == 0 else (0.62 if s == 1 else (0.33 if s == 2 else 0.56))
         sy = 0.80 if s == 0 else (0.36 if s == 1 else (-0.08 if s == 2 else -0.56))
         r = 0.20 if s == 0 else (0.195 if s == 1 else (0.235 if s == 2 else 0.205))
-        sz = max(1.0 - sx * sx - sy * sy, 0.0) ** 0.5
-        d = ((u - sx) ** 2 + (ly - sy) ** 2 + (lz - sz) ** 2) ** 0.5 - r + w
+        sz = sqrt(max(1.0 - sx * sx - sy * sy, 0.0))
+        d = sqrt((u - sx) ** 2 + (ly - sy) ** 2 + (lz - sz) ** 2) - r + w
         tint(out, M, m, 1.0 - smoothstep(-soft, soft, d))
     if M[m, 18] > 0.0:
-        pale = 1.0 - smoothstep(0.045, 0.085, ((u - 0.20) ** 2 + 0.7 * (ly - 0.945) ** 2) ** 0.5 + 0.5 * w)
+        pale = 1.0 - smoothstep(0.045, 0.085, sqrt((u - 0.20) ** 2 + 0.7 * (ly - 0.945) ** 2) + 0.5 * w)
         for c in range(3):
             out[c] += M[m, 18] * pale * ((0.75, 0.62, 0.45)[c] - out[c])
     # The seam: a groove between two low ridges; dark where dirt gathers.
@@ -116,17 +118,17 @@ def eye(
     a = P[i, 7] * x + P[i, 8] * y + P[i, 9] * z
     b = P[i, 10] * x + P[i, 11] * y + P[i, 12] * z
     c = P[i, 13] * x + P[i, 14] * y + P[i, 15] * z
-    flat = max((a * a + b * b) ** 0.5, 1e-9)
+    flat = max(sqrt(a * a + b * b), 1e-9)
     arc = np.arctan2(flat, c) * P[i, 16] / flat
     lam = M[m, 9]
     u, v = a * arc / lam, b * arc / lam
     # Two interleaved rectangular lattices make the hexagonal one; the nearer centre wins.
-    h = 3.0**0.5
-    u0, v0 = u - np.floor(u + 0.5), v - h * np.floor(v / h + 0.5)
-    u1, v1 = u - np.floor(u) - 0.5, v - h * (np.floor(v / h) + 0.5)
+    h = sqrt(3.0)
+    u0, v0 = u - floor(u + 0.5), v - h * floor(v / h + 0.5)
+    u1, v1 = u - floor(u) - 0.5, v - h * (floor(v / h) + 0.5)
     r2 = min(u0 * u0 + v0 * v0, u1 * u1 + v1 * v1)
     f = bump(out, 0.55 * (1.0 - 3.2 * r2), lam, lam, px)
-    ident = hash_unit(int(np.floor(u - u0 + 0.5)), int(np.floor(v - v0 + 0.5)), 3)
+    ident = hash_unit(int(floor(u - u0 + 0.5)), int(floor(v - v0 + 0.5)), 3)
     gain(out, 1.0 + f * (0.30 * (ident - 0.5) - 1.4 * max(r2 - 0.16, 0.0) * 4.0))
     tint(out, M, m, 0.5 * smoothstep(-0.4, 0.9, c / max(P[i, 18], 1e-9)) * (0.8 + 0.2 * ident))
     grain(out, x, y, z, px, 0.3 * lam, 0.008)
@@ -149,14 +151,14 @@ def striae(
 ) -> None:
     """Lengthwise furrows with punctures, a seam, colour drifting from flank to back."""
     lx, ly = (x - P[i, 4]) / P[i, 16], (y - P[i, 5]) / P[i, 17]
-    width = max(1.0 - ly * ly, 0.04) ** 0.5
+    width = sqrt(max(1.0 - ly * ly, 0.04))
     s = min(max(lx / width, -0.999), 0.999)
     angle = np.arcsin(s)
     drift = 0.5 + 0.5 * noise3(x * 3.0, y * 3.0, 0.0)
     tint(out, M, m, smoothstep(0.35, 1.1, abs(s)) * 0.8 + 0.25 * drift)
     count = M[m, 17]
     phase = angle * count / np.pi
-    off = abs(phase - np.floor(phase) - 0.5) * 2.0
+    off = abs(phase - floor(phase) - 0.5) * 2.0
     lam = np.pi * P[i, 16] * width / count
     f = fade(lam, px) * (1.0 - smoothstep(0.80, 0.97, abs(s)))
     furrow = smoothstep(0.70, 1.0, off)

@@ -141,20 +141,20 @@ class Environment:
     def __init__(self, light: Light, bounce: DoubleArray) -> None:
         lin = linear_from_srgb(np.asarray(light.mirror / 255, np.float32))
         big = cv2.resize(lin, (4 * MAP_WIDTH, 4 * MAP_HEIGHT), interpolation=cv2.INTER_CUBIC)
-        self._maps = [cv2.GaussianBlur(big, (0, 0), 4 * s, borderType=cv2.BORDER_REPLICATE) for s in _BLURS]
+        blurs = [cv2.GaussianBlur(big, (0, 0), 4 * s, borderType=cv2.BORDER_REPLICATE) for s in _BLURS]
+        self._maps = np.stack(blurs)
         self._key = (light.exposure * light.key).astype(np.float32)
         self._bounce = bounce.astype(np.float32)
 
     def __call__(self, direction: FloatArray, rough: FloatArray, up: DoubleArray) -> FloatArray:
         """Returns (n, 3) linear radiance seen along directions (n, 3), camera axes."""
-        h, w = self._maps[0].shape[:2]
+        h, w = self._maps.shape[1:3]
         column = np.clip((0.5 + 0.5 * direction[:, 0]) * w, 0, w - 1).astype(np.int32)
         row = np.clip((0.5 + 0.5 * direction[:, 1]) * h, 0, h - 1).astype(np.int32)
         pick = np.clip(rough * 4.0, 0, 1.999)
         t = (pick - np.floor(pick))[:, None].astype(np.float32)
         index = pick.astype(np.int32)
-        stack = np.stack(self._maps)
-        seen = stack[index, row, column] * (1 - t) + stack[index + 1, row, column] * t
+        seen = self._maps[index, row, column] * (1 - t) + self._maps[index + 1, row, column] * t
         rise = direction @ up.astype(np.float32)
         skyward = np.clip(0.5 + 0.8 * rise, 0, 1)[:, None]
         gray = seen.mean(1, keepdims=True)

@@ -6,6 +6,8 @@ thread pool runs several bands at once; every output row is written by one threa
 whatever the number of threads.
 """
 
+from math import sqrt
+
 import numpy as np
 from numba import njit
 
@@ -28,7 +30,7 @@ def _span(
         b = x * d[0] + y * d[1] + z * d[2]
         h = r * r - (x * x + y * y + z * z) + b * b
         if h > 0.0:
-            near, far = min(near, b - h**0.5), max(far, b + h**0.5)
+            near, far = min(near, b - sqrt(h)), max(far, b + sqrt(h))
     return near, far
 
 
@@ -55,7 +57,7 @@ def _gradient(
         n[0] += sx * d
         n[1] += sy * d
         n[2] += sz * d
-    n /= max((n[0] ** 2 + n[1] ** 2 + n[2] ** 2) ** 0.5, 1e-12)
+    n /= max(sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2), 1e-12)
 
 
 @njit(**ENTRY)

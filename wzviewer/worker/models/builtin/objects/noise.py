@@ -1,5 +1,7 @@
 """Lattice noise and cells for materials, compiled; float64, so that 8^6 zooms keep their grain."""
 
+from math import floor, sqrt
+
 from numba import njit
 
 # Entry kernels hold no lock, raise nothing from arithmetic (smaller code) and are cached on disk.
@@ -21,7 +23,7 @@ def hash_unit(i: int, j: int, k: int) -> float:
 @njit(**JIT)
 def noise3(x: float, y: float, z: float) -> float:
     """Returns smooth value noise in [-1, 1] with wavelength of about 2 (quintic, Perlin 2002)."""
-    i, j, k = int(x // 1.0), int(y // 1.0), int(z // 1.0)
+    i, j, k = floor(x), floor(y), floor(z)
     u, v, w = x - i, y - j, z - k
     u = u * u * u * (u * (u * 6.0 - 15.0) + 10.0)
     v = v * v * v * (v * (v * 6.0 - 15.0) + 10.0)
@@ -37,7 +39,7 @@ def noise3(x: float, y: float, z: float) -> float:
 @njit(**JIT)
 def cells3(x: float, y: float, z: float) -> tuple[float, float, float]:
     """Returns (F1, F2, id in [0, 1)) of Worley cells of size 1, points jittered by .9."""
-    i, j, k = int(x // 1.0), int(y // 1.0), int(z // 1.0)
+    i, j, k = floor(x), floor(y), floor(z)
     u, v, w = x - i, y - j, z - k
     first, second, ident = 9.0, 9.0, 0.0
     for n in range(27):
@@ -58,7 +60,7 @@ def cells3(x: float, y: float, z: float) -> tuple[float, float, float]:
             first, second, ident = d, first, h2
         elif d < second:
             second = d
-    return first**0.5, second**0.5, ident
+    return sqrt(first), sqrt(second), ident
 
 
 @njit(**JIT)

@@ -11,6 +11,8 @@ there all along.  The slope variance of the terms still hidden is returned too: 
 highlights, as the unseen bumps do (Toksvig 2005).
 """
 
+from math import floor, sqrt
+
 import numpy as np
 from numba import njit
 
@@ -55,13 +57,13 @@ def _hair(
 @njit(**JIT)
 def _scales(x: float, y: float, px: float, lam: float, out: np.ndarray) -> float:
     """Adds rows of butterfly scales along the radius from the wing root; returns each one's number."""
-    r = (x * x + y * y) ** 0.5 + 1e-6
+    r = sqrt(x * x + y * y) + 1e-6
     warp = 0.35 * noise3(x * 40.0, y * 40.0, 3.0)
     row = r / lam + warp
-    k = np.floor(row)
+    k = floor(row)
     # Columns are counted on the circle of the row, in steps that double with the radius.
-    across = np.arctan2(y, x) * (2.0 ** np.floor(np.log2(r / lam + 1.0) + 0.5)) * 1.4 + 0.5 * (k % 2.0)
-    column = np.floor(across)
+    across = np.arctan2(y, x) * (2.0 ** floor(np.log2(r / lam + 1.0) + 0.5)) * 1.4 + 0.5 * (k % 2.0)
+    column = floor(across)
     u, v = 2.0 * (across - column) - 1.0, row - k
     ident = hash_unit(int(k), int(column), 17)
     f = fade(lam, px)
@@ -228,7 +230,7 @@ def evaluate(
             u[0], u[1], u[2] = -n[1], n[0], 0.0
         else:
             u[0], u[1], u[2] = 0.0, -n[2], n[1]
-        u /= (u[0] ** 2 + u[1] ** 2 + u[2] ** 2) ** 0.5
+        u /= sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
         v[0], v[1], v[2] = n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]
         for k in range(3):
             s, t = (e if k == 1 else 0.0), (e if k == 2 else 0.0)
@@ -238,6 +240,6 @@ def evaluate(
             if k == 0:
                 out[q] = tap
         a, b = (height[1] - height[0]) / e, (height[2] - height[0]) / e
-        slope = max((a * a + b * b) ** 0.5, 1e-9)
+        slope = max(sqrt(a * a + b * b), 1e-9)
         bumped[q] = n - (a * u + b * v) * min(1.0, 1.2 / slope)
-        bumped[q] /= (bumped[q, 0] ** 2 + bumped[q, 1] ** 2 + bumped[q, 2] ** 2) ** 0.5
+        bumped[q] /= sqrt(bumped[q, 0] ** 2 + bumped[q, 1] ** 2 + bumped[q, 2] ** 2)

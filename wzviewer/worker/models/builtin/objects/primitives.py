@@ -10,6 +10,8 @@ Inside a group surfaces melt into each other by the cubic smooth minimum; betwee
 wins.  Lengths are in body lengths; y forward, z up, the support is z = 0.
 """
 
+from math import sqrt
+
 import numpy as np
 from numba import njit
 
@@ -23,8 +25,8 @@ FAR = 1.0e9
 @njit(**JIT)
 def ellipsoid_distance(x: float, y: float, z: float, a: float, b: float, c: float) -> float:
     """Returns the first-order distance to an ellipsoid: k0 (k0 - 1) / k1 (Quilez)."""
-    k0 = ((x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2) ** 0.5
-    k1 = ((x / (a * a)) ** 2 + (y / (b * b)) ** 2 + (z / (c * c)) ** 2) ** 0.5
+    k0 = sqrt((x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2)
+    k1 = sqrt((x / (a * a)) ** 2 + (y / (b * b)) ** 2 + (z / (c * c)) ** 2)
     if k1 < 1e-9:
         return -min(a, min(b, c))
     return k0 * (k0 - 1.0) / k1
@@ -33,14 +35,14 @@ def ellipsoid_distance(x: float, y: float, z: float, a: float, b: float, c: floa
 @njit(**JIT)
 def cone_distance(x: float, y: float, z: float, h: float, r0: float, r1: float) -> float:
     """Returns the distance to a round cone: spheres r0 at z = 0 and r1 at z = h, and their hull."""
-    q = (x * x + y * y) ** 0.5
+    q = sqrt(x * x + y * y)
     b = (r0 - r1) / h
-    a = max(1.0 - b * b, 0.0) ** 0.5
+    a = sqrt(max(1.0 - b * b, 0.0))
     k = -b * q + a * z
     if k < 0.0:
-        return (q * q + z * z) ** 0.5 - r0
+        return sqrt(q * q + z * z) - r0
     if k > a * h:
-        return (q * q + (z - h) ** 2) ** 0.5 - r1
+        return sqrt(q * q + (z - h) ** 2) - r1
     return q * a + z * b - r0
 
 
@@ -48,15 +50,15 @@ def cone_distance(x: float, y: float, z: float, h: float, r0: float, r1: float) 
 def box_distance(x: float, y: float, z: float, a: float, b: float, c: float, r: float) -> float:
     """Returns the distance to a box with half sides a, b, c and edges rounded by r."""
     u, v, w = abs(x) - a + r, abs(y) - b + r, abs(z) - c + r
-    outside = (max(u, 0.0) ** 2 + max(v, 0.0) ** 2 + max(w, 0.0) ** 2) ** 0.5
+    outside = sqrt(max(u, 0.0) ** 2 + max(v, 0.0) ** 2 + max(w, 0.0) ** 2)
     return outside + min(max(u, max(v, w)), 0.0) - r
 
 
 @njit(**JIT)
 def cylinder_distance(x: float, y: float, z: float, radius: float, half: float, r: float) -> float:
     """Returns the distance to a capped cylinder along z with edges rounded by r."""
-    u, w = (x * x + y * y) ** 0.5 - radius + r, abs(z) - half + r
-    return min(max(u, w), 0.0) + (max(u, 0.0) ** 2 + max(w, 0.0) ** 2) ** 0.5 - r
+    u, w = sqrt(x * x + y * y) - radius + r, abs(z) - half + r
+    return min(max(u, w), 0.0) + sqrt(max(u, 0.0) ** 2 + max(w, 0.0) ** 2) - r
 
 
 @njit(**JIT)
@@ -82,7 +84,7 @@ def bezier_distance(P: np.ndarray, i: int, x: float, y: float, z: float) -> floa
             t = min(max(t - (k0 + t * (k1 + t * (k2 + t * k3))) / slope, 0.0), 1.0)
     px, py, pz = ax + t * (2 * bx + t * cx), ay + t * (2 * by + t * cy), az + t * (2 * bz + t * cz)
     d = min(px * px + py * py + pz * pz, best)
-    return d**0.5 - (P[i, 25] + t * (P[i, 26] - P[i, 25]))
+    return sqrt(d) - (P[i, 25] + t * (P[i, 26] - P[i, 25]))
 
 
 @njit(**JIT)
@@ -102,11 +104,11 @@ def card_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: np.nda
     """Returns the distance to a thin curved sheet: a baked outline, lifted by a quadratic height."""
     size = P[i, 16]
     u, v = x / size, y / size
-    beyond = (max(abs(u) - 1.0, 0.0) ** 2 + max(abs(v) - 1.0, 0.0) ** 2) ** 0.5
+    beyond = sqrt(max(abs(u) - 1.0, 0.0) ** 2 + max(abs(v) - 1.0, 0.0) ** 2)
     flat = (sample(T[int(P[i, 28])], u, v) + beyond) * size
     lift = P[i, 18] * x * x + P[i, 19] * y * y + P[i, 20] * x * y + P[i, 21] * abs(x)
     edge = abs(z - lift) - P[i, 17]
-    return 0.8 * (min(max(flat, edge), 0.0) + (max(flat, 0.0) ** 2 + max(edge, 0.0) ** 2) ** 0.5)
+    return 0.8 * (min(max(flat, edge), 0.0) + sqrt(max(flat, 0.0) ** 2 + max(edge, 0.0) ** 2))
 
 
 @njit(**JIT)
@@ -170,7 +172,7 @@ def field(
             group, inner, nearest, member = P[i, 29], FAR, FAR, -1
         dx, dy, dz = x - P[i, 30], y - P[i, 31], z - P[i, 32]
         radius = P[i, 33]
-        bound = (dx * dx + dy * dy + dz * dz) ** 0.5 - radius
+        bound = sqrt(dx * dx + dy * dy + dz * dz) - radius
         if bound >= best or bound >= inner:
             continue
         d = bound

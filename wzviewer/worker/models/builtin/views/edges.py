@@ -13,7 +13,7 @@ from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.smoothing import blur, dilated
 
 SLOPE_WINDOWS_PX = (7, 5, 5)
-SLOPE_PX_PER_PX = 1.6  # image shift per pixel above which a slope is meant to be a step
+SLOPE_PX_PER_PX = 3.0  # image shift per pixel above which a slope is meant to be a step
 STEP_PX = 3.0  # image shift at the largest orbit that makes a hole worth filling
 FRINGE_STEP_PX = 6.0  # the same for moving pixels across the edge
 RELATIVE_STEP = 0.04

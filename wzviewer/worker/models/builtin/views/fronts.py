@@ -21,7 +21,7 @@ from wzviewer.worker.models.builtin.views.smoothing import disc
 REACH_PX = 150.0  # farthest continuation at deep levels, where the parent lies behind
 REACH_SHARE = 0.18  # of the base focal length: the same at level 0
 REACH_GAIN = 1.1
-SEED_STEP = 0.015  # relative depth of a jump between two pixels that is no slope
+SEED_STEP = 0.03  # relative depth of a jump between two pixels that is no slope
 ENTER_STEP = 0.01
 REACH_MARGIN_PX = 4.0
 SKY_WINDOW_PX = 60
@@ -192,8 +192,10 @@ def _spread(
             if shift[v, u] <= rim + enter[row, column] or (sky[row, column] and v > stops[u]):
                 continue
             far = np.sqrt(np.float32((v - row) ** 2 + (u - column) ** 2))
-            own = min(most, REACH_GAIN * gain * (shift[v, u] - rim) + REACH_MARGIN_PX)
-            if far > max(reach[y, x], own):
+            own = reach[y, x]
+            if not sky[row, column]:
+                own = max(own, min(most, REACH_GAIN * gain * (shift[v, u] - rim) + REACH_MARGIN_PX))
+            if far > own:
                 continue
             if origin[v, u, 0] >= 0:
                 old = np.sqrt(np.float32((v - origin[v, u, 0]) ** 2 + (u - origin[v, u, 1]) ** 2))
@@ -201,7 +203,7 @@ def _spread(
                     continue
             origin[v, u, 0] = row
             origin[v, u, 1] = column
-            reach[v, u] = max(reach[y, x], own)
+            reach[v, u] = own
             if not waiting[v, u]:
                 waiting[v, u] = True
                 queue[tail] = v * width + u

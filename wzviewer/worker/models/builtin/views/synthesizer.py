@@ -15,7 +15,7 @@ from wzviewer.worker.models.builtin.views.outpaint import Canvas, outpaint, unpa
 from wzviewer.worker.models.builtin.views.smoothing import dilated
 from wzviewer.worker.models.builtin.views.thinning import visible_pixels
 
-NUM_LAYERS = 2
+NUM_LAYERS = 3
 SHARP_PAD_PX = 20  # pad pixels farther out are emitted at half the resolution
 PAD_STRIDE = 2
 OVERLAP_PX = 2
