@@ -78,6 +78,7 @@ class FakeClient:
         self.calls: list[tuple[object, ...]] = []
         self.refuses: set[str] = set()
         self.fails = False
+        self.is_busy = False
         self._scene = Scene()
         self._queue: deque[ev.Event] = deque()
         self._request_id = 0
@@ -97,21 +98,22 @@ class FakeClient:
 
     def reconstruct(self, image: np.ndarray, seed: int = 0) -> int:
         self.calls.append(("reconstruct", image.shape))
+        request_id = self._begin()
         self._scene = Scene()
         camera = Camera.initial(image.shape[1], image.shape[0])
-        return self._make(make_level(self._scene, None, camera, image))
+        return self._make(request_id, make_level(self._scene, None, camera, image))
 
     def synthesize(self, parent: int, camera: Camera, prompt: str = "", seed: int = 0) -> int:
         self.calls.append(("synthesize", parent, prompt))
+        request_id = self._begin()
         if prompt in self.refuses:
-            self._request_id += 1
             drop = ev.LevelDropped(
                 self._request_id, "prompt", f"no {prompt} here", "Try a bird.", bad_input=True
             )
             self._queue.append(drop)
-            return self._request_id
+            return request_id
         image = checker(camera.width, camera.height, len(self._scene) + 7)
-        return self._make(make_level(self._scene, parent, camera, image, prompt))
+        return self._make(request_id, make_level(self._scene, parent, camera, image, prompt))
 
     def cancel(self) -> None:
         self.calls.append(("cancel",))
@@ -121,7 +123,17 @@ class FakeClient:
         self._queue.append(ev.LevelDropped(self._request_id, "generation", "cancelled", cancelled=True))
 
     def poll(self, budget_s: float = 0.002) -> list[ev.Event]:
-        return [self._queue.popleft()] if self._queue else []
+        events = [self._queue.popleft()] if self._queue else []
+        if any(isinstance(e, ev.LevelFinished | ev.LevelDropped) for e in events):
+            self.is_busy = False
+        return events
+
+    def _begin(self) -> int:
+        if self.is_busy:
+            raise RuntimeError("a request is running")
+        self.is_busy = True
+        self._request_id += 1
+        return self._request_id
 
     def lose(self) -> None:
         """The worker dies."""
@@ -130,9 +142,7 @@ class FakeClient:
             self._queue.append(ev.LevelDropped(self._request_id, "worker", "the worker was killed"))
         self._queue.append(ev.WorkerLost(0, "was killed by signal 9"))
 
-    def _make(self, level: Level) -> int:
-        self._request_id += 1
-        r = self._request_id
+    def _make(self, r: int, level: Level) -> int:
         if self.fails:
             self._queue.append(ev.LevelDropped(r, "worker", "out of memory"))
             return r

@@ -6,7 +6,7 @@ import pytest
 
 from tests.app.fakes import FakeDialogs, checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
-from wzviewer.app.apply import apply
+from wzviewer.app.apply import apply, drain
 from wzviewer.app.documents import demo_photo
 from wzviewer.app.services import Services
 from wzviewer.app.state import empty_state
@@ -130,3 +130,14 @@ def test_the_demo_is_there(services):
     state = apply(services, empty_state(640, 420), [cmd.OpenDemo()])
     assert state.photo is not None
     assert Path(state.name).suffix == ".png"
+
+
+def test_opening_another_waits_until_the_running_request_has_stopped(services, photo):
+    state = apply(services, empty_state(640, 420), [cmd.Open(photo), cmd.Open(photo)])
+    assert state.job.is_cancelling
+    assert [call[0] for call in services.client.calls] == ["reconstruct", "cancel"]
+    for _ in range(10):
+        state = drain(services, state, 0.0)
+    assert [call[0] for call in services.client.calls] == ["reconstruct", "cancel", "reconstruct"]
+    assert len(state.scene) == 1
+    assert state.toasts == ()

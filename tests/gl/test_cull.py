@@ -6,7 +6,15 @@ from tests.gl.surfaces import flat_scene, hill_scene, orbited
 from wzviewer.core import reference
 from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.scene import modulation
-from wzviewer.gl.cull import ChunkBounds, chunk_radii_px, clipped, in_frustum, unmodulated, weightless
+from wzviewer.gl.cull import (
+    ChunkBounds,
+    chunk_radii_px,
+    clipped,
+    in_frustum,
+    unmodulated,
+    view_slabs,
+    weightless,
+)
 
 CHUNK = 37  # small, and no divisor of anything
 
@@ -27,8 +35,9 @@ def test_nothing_that_is_seen_is_culled():
             bounds = ChunkBounds.of_surfels(level.surfels, CHUNK)
             view = AnchoredView.expand(camera, level.frame)
             keep = in_frustum(bounds, view, (camera.width, camera.height))
-            part = clipped(bounds, view, (camera.width, camera.height))
-            empty = weightless(part, view, modulation(scene, level.index))
+            slabs = view_slabs(bounds, view, (camera.width, camera.height))
+            part, covers = clipped(bounds, slabs), modulation(scene, level.index)
+            empty = weightless(part, view, covers) | weightless(slabs, view, covers)
             parts = reference.footprints(
                 level.surfels,
                 level.frame,

@@ -106,6 +106,7 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
         return state.with_toast(f"The worker cannot be reached: {error}", "error")
     for event in events:
         state = _guarded(generation.on_event, services, state, event)
+    state = _guarded(documents.open_next, services, state, None)
     if generation.is_goal_reached(state):
         # Taken off first: a fault is told once, and not again every frame.
         goal, state = state.goal, replace(state, goal=None, is_goal_waiting=False)
@@ -118,4 +119,5 @@ def _guarded(handler: Handler, services: Services, state: AppState, argument: ob
         return handler(services, state, argument)
     except Exception as error:  # the frame loop outlives every fault of a handler
         LOG.exception("%s failed", getattr(handler, "__name__", handler))
-        return state.with_toast(f"{type(argument).__name__} failed: {error}", "error")
+        name = getattr(handler, "__name__", "this").replace("_", " ")
+        return state.with_toast(f"{name[:1].upper()}{name[1:]} failed: {error}", "error")

@@ -64,7 +64,16 @@ def settle_unsaved(services: Services, state: AppState, command: cmd.SettleUnsav
     return state  # a dialog asks where; `after` is done once the file is written
 
 
+def open_next(services: Services, state: AppState, command: None = None) -> AppState:
+    """Opens what was waiting for the running request to stop; called every frame."""
+    if state.next_path is None or state.job is not None:
+        return state
+    return _open(services, replace(state, next_path=None), state.next_path)
+
+
 def _open(services: Services, state: AppState, path: Path) -> AppState:
+    if state.job is not None:  # its level must not fall into the new document
+        return replace(cancel(services, state, cmd.CancelJob()), next_path=path)
     try:
         scene = load_scene(path) if is_scene_file(path) else None
         photo = None if scene is not None else fit_photo(load_photo(path))
@@ -72,7 +81,6 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         return state.with_toast(error.line(), "error")
     except (OSError, MemoryError) as error:
         return state.with_toast(InputError(str(path), str(error)).line(), "error")
-    state = cancel(services, state, cmd.CancelJob())
     width, height = state.view.camera.width, state.view.camera.height
     fresh = AppState(
         View.at_home(Camera.initial(width, height), width, height),

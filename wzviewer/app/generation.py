@@ -225,7 +225,7 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
         state.scene.abort(index)
     state = replace(state, job=None, goal=None, is_goal_waiting=False)
     if event.cancelled:
-        return state.with_toast("Cancelled.")
+        return state if state.next_path is not None else state.with_toast("Cancelled.")
     line = WzError(event.what, event.why, event.hint).line()
     if event.bad_input and len(state.scene):
         return replace(state, refusal=line)

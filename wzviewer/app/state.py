@@ -173,6 +173,7 @@ class AppState:
         is_goal_waiting: whether a flight has to end before the goal is asked for.
         undone: levels that redo brings back, the next one last.
         after: what to do once unsaved changes are settled.
+        next_path: to be opened once the running request has stopped.
         is_closing: whether the loop ends.
     """
 
@@ -191,6 +192,7 @@ class AppState:
     toasts: tuple[Toast, ...] = ()
     panels: Panels = field(default_factory=Panels)
     after: Callable[["AppState"], "AppState"] | None = None
+    next_path: Path | None = None
     now_s: float = 0.0
     is_worker_ready: bool = False
     is_closing: bool = False

@@ -6,7 +6,7 @@ and a log ratio of two such depths is quasi-linear, so its extremes over a box a
 image of a box in front of a camera is the hull of its corners' images.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -92,27 +92,32 @@ def in_frustum(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]
     return ~behind & (crossing | ~outside)
 
 
-def clipped(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]) -> ChunkBounds:
-    """Shrinks each box to the part whose surfels can touch the image; a box without one is left alone.
+def view_slabs(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]) -> ChunkBounds:
+    """The part of space, at the depths of each box, where its surfels can touch the image.
 
     Deep in a zoom a chunk of an ancestor is far larger than the view, and only what is in view decides
-    whether a child covers it and how large its footprints are.
+    whether a child covers it.  A slab is the frustum, widened by the chunk's radius, between two depths:
+    convex, so the tests at eight corners hold for it as for a box.  A box that reaches the camera stays.
     """
-    low, high = bounds.corners[:, 0], bounds.corners[:, 7]
     radius = chunk_radii_px(bounds, view) + MARGIN_PX
     whole = np.isfinite(radius)
+    reach = np.where(whole, radius, 0.0)[:, None, None]
     D = depths(view.rows[2], bounds.corners)
     ends = np.stack([D.min(1), D.max(1)], 1)[:, :, None]  # (c, 2, 1)
-    reach = np.where(whole, radius, 0.0)[:, None, None]
     right, bottom = np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1])
     x_px = right * size_px[0] + (2 * right - 1) * reach - view.rows[0, 3]
     y_px = bottom * size_px[1] + (2 * bottom - 1) * reach - view.rows[1, 3]
     sides = np.stack([x_px * ends, y_px * ends, ends - 1.0 + 0.0 * x_px], -1)  # (c, 2, 4, 3)
     points = (sides @ np.linalg.inv(view.rows[:, :3]).T).reshape(len(bounds), 8, 3)
-    inner_low, inner_high = np.maximum(low, points.min(1)), np.minimum(high, points.max(1))
-    use = (whole & (inner_low <= inner_high).all(1))[:, None]
-    corners = box_corners(np.where(use, inner_low, low), np.where(use, inner_high, high))
-    return ChunkBounds(corners, bounds.sigmas, bounds.coverage)
+    return replace(bounds, corners=np.where(whole[:, None, None], points, bounds.corners))
+
+
+def clipped(bounds: ChunkBounds, slabs: ChunkBounds) -> ChunkBounds:
+    """Shrinks each box to the box around its part in the slab; one that has no such part stays."""
+    low = np.maximum(bounds.corners.min(1), slabs.corners.min(1))
+    high = np.minimum(bounds.corners.max(1), slabs.corners.max(1))
+    meets = (low <= high).all(1)[:, None, None]
+    return replace(bounds, corners=np.where(meets, box_corners(low, high), bounds.corners))
 
 
 def log_ratio(upper: DoubleArray, lower: DoubleArray, corners: DoubleArray) -> DoubleArray:

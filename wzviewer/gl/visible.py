@@ -17,7 +17,15 @@ from wzviewer.core.reference import Focus, focus_of
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray, IntArray
-from wzviewer.gl.cull import ChunkBounds, chunk_radii_px, clipped, in_frustum, unmodulated, weightless
+from wzviewer.gl.cull import (
+    ChunkBounds,
+    chunk_radii_px,
+    clipped,
+    in_frustum,
+    unmodulated,
+    view_slabs,
+    weightless,
+)
 from wzviewer.gl.order import Run, UIntArray, order_runs
 
 
@@ -120,9 +128,11 @@ class SeenChunks:
     ) -> "SeenChunks":
         """Culls by frustum and by weight."""
         keep = in_frustum(state.bounds, view, size_px)
-        part = clipped(state.bounds, view, size_px)
+        slabs = view_slabs(state.bounds, view, size_px)
+        part = clipped(state.bounds, slabs)
         if modulated:
-            keep = keep & ~weightless(part, view, state.modulation)
+            for region in (part, slabs):
+                keep = keep & ~weightless(region, view, state.modulation)
         radii = chunk_radii_px(part, view)[keep]
         sure = not modulated or bool(unmodulated(part, view, state.modulation)[keep].all())
         return cls(np.flatnonzero(keep).astype(np.int32), float(radii.max(initial=0.0)), sure)

@@ -128,7 +128,7 @@ def eye(
     u1, v1 = u - floor(u) - 0.5, v - h * (floor(v / h) + 0.5)
     r2 = min(u0 * u0 + v0 * v0, u1 * u1 + v1 * v1)
     f = bump(out, 0.55 * (1.0 - 3.2 * r2), lam, lam, px)
-    ident = hash_unit(int(floor(u - u0 + 0.5)), int(floor(v - v0 + 0.5)), 3)
+    ident = hash_unit(floor(u - u0 + 0.5), floor(v - v0 + 0.5), 3)
     gain(out, 1.0 + f * (0.30 * (ident - 0.5) - 1.4 * max(r2 - 0.16, 0.0) * 4.0))
     tint(out, M, m, 0.5 * smoothstep(-0.4, 0.9, c / max(P[i, 18], 1e-9)) * (0.8 + 0.2 * ident))
     grain(out, x, y, z, px, 0.3 * lam, 0.008)

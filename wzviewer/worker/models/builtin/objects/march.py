@@ -57,7 +57,8 @@ def _gradient(
         n[0] += sx * d
         n[1] += sy * d
         n[2] += sz * d
-    n /= max(sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2), 1e-12)
+    length = max(sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2), 1e-12)
+    n[0], n[1], n[2] = n[0] / length, n[1] / length, n[2] / length
 
 
 @njit(**ENTRY)
@@ -95,13 +96,14 @@ def trace(
     for r in range(rays.shape[0]):
         hit[r, :] = -1
         first, last = spans[ray_tile[r], 0], spans[ray_tile[r], 1]
-        o[:] = frame[0] + rays[r, 0] * frame[1] + rays[r, 1] * frame[2]
+        for c in range(3):
+            o[c] = frame[0, c] + rays[r, 0] * frame[1, c] + rays[r, 1] * frame[2, c]
         t, far = _span(P, ids, first, last, o, d)
         skip, layer = -1, 0
         for _ in range(_STEPS):
             if t > far or layer == LAYERS:
                 break
-            p[:] = o + t * d
+            p[0], p[1], p[2] = o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]
             gap, who = field(P, ids, first, last, p[0], p[1], p[2], T, skip)
             if gap < 0.25 * px:
                 depth[r, layer], hit[r, layer] = t, who

@@ -12,12 +12,18 @@ JIT = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cf
 
 
 @njit(**JIT)
-def hash_unit(i: int, j: int, k: int) -> float:
-    """Returns a pseudo-random number in [0, 1) of an integer lattice point."""
+def hash_bits(i: int, j: int, k: int) -> int:
+    """Returns 32 pseudo-random bits of an integer lattice point."""
     h = (i * 73856093) ^ (j * 19349663) ^ (k * 83492791)
     h = ((h ^ (h >> 13)) * 1274126177) & 0xFFFFFFFF
     h = ((h ^ (h >> 15)) * 2246822519) & 0xFFFFFFFF
-    return (h ^ (h >> 16)) / 4294967296.0
+    return h ^ (h >> 16)
+
+
+@njit(**JIT)
+def hash_unit(i: int, j: int, k: int) -> float:
+    """Returns a pseudo-random number in [0, 1) of an integer lattice point."""
+    return hash_bits(i, j, k) / 4294967296.0
 
 
 @njit(**JIT)
@@ -41,26 +47,34 @@ def cells3(x: float, y: float, z: float) -> tuple[float, float, float]:
     """Returns (F1, F2, id in [0, 1)) of Worley cells of size 1, points jittered by .9."""
     i, j, k = floor(x), floor(y), floor(z)
     u, v, w = x - i, y - j, z - k
-    first, second, ident = 9.0, 9.0, 0.0
-    for n in range(27):
-        c = (n + 13) % 27  # the cell itself first: most others are then too far to be looked at
-        a, b, e = c % 3 - 1, (c // 3) % 3 - 1, c // 9 - 1
-        near = (u if a < 0 else (1.0 - u if a > 0 else 0.0)) ** 2
-        near += (v if b < 0 else (1.0 - v if b > 0 else 0.0)) ** 2
-        near += (w if e < 0 else (1.0 - w if e > 0 else 0.0)) ** 2
-        if near >= second:
-            continue
-        h = hash_unit(i + a, j + b, k + e)
-        # One hash gives three jitters: its digits in base 256.
-        h1 = h * 256.0 - int(h * 256.0)
-        h2 = h1 * 256.0 - int(h1 * 256.0)
-        dx, dy, dz = a + 0.05 + 0.9 * h - u, b + 0.05 + 0.9 * h1 - v, e + 0.05 + 0.9 * h2 - w
-        d = dx * dx + dy * dy + dz * dz
-        if d < first:
-            first, second, ident = d, first, h2
-        elif d < second:
-            second = d
-    return sqrt(first), sqrt(second), ident
+    # Each axis is searched nearest side first, so that most of the 27 cells are too far to be looked at.
+    sx, sy, sz = (1 if u > 0.5 else -1), (1 if v > 0.5 else -1), (1 if w > 0.5 else -1)
+    first, second, ident = 9.0, 9.0, 0
+    for p in range(3):
+        a = 0 if p == 0 else (sx if p == 1 else -sx)
+        gap_x = 0.0 if p == 0 else (1.0 - u if a > 0 else u) ** 2
+        if gap_x >= second:
+            break
+        for q in range(3):
+            b = 0 if q == 0 else (sy if q == 1 else -sy)
+            gap_y = gap_x + (0.0 if q == 0 else (1.0 - v if b > 0 else v) ** 2)
+            if gap_y >= second:
+                break
+            for r in range(3):
+                e = 0 if r == 0 else (sz if r == 1 else -sz)
+                gap_z = gap_y + (0.0 if r == 0 else (1.0 - w if e > 0 else w) ** 2)
+                if gap_z >= second:
+                    break
+                h = hash_bits(i + a, j + b, k + e)
+                dx = a - u + 0.05 + (h & 1023) * (0.9 / 1023)
+                dy = b - v + 0.05 + ((h >> 10) & 1023) * (0.9 / 1023)
+                dz = e - w + 0.05 + ((h >> 20) & 1023) * (0.9 / 1023)
+                d = dx * dx + dy * dy + dz * dz
+                if d < first:
+                    first, second, ident = d, first, h
+                elif d < second:
+                    second = d
+    return sqrt(first), sqrt(second), ((ident * 2654435761) & 0xFFFFFF) / 16777216.0
 
 
 @njit(**JIT)

@@ -230,7 +230,8 @@ def evaluate(
             u[0], u[1], u[2] = -n[1], n[0], 0.0
         else:
             u[0], u[1], u[2] = 0.0, -n[2], n[1]
-        u /= sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
+        length = sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
+        u[0], u[1], u[2] = u[0] / length, u[1] / length, u[2] / length
         v[0], v[1], v[2] = n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]
         for k in range(3):
             s, t = (e if k == 1 else 0.0), (e if k == 2 else 0.0)
@@ -241,5 +242,9 @@ def evaluate(
                 out[q] = tap
         a, b = (height[1] - height[0]) / e, (height[2] - height[0]) / e
         slope = max(sqrt(a * a + b * b), 1e-9)
-        bumped[q] = n - (a * u + b * v) * min(1.0, 1.2 / slope)
-        bumped[q] /= sqrt(bumped[q, 0] ** 2 + bumped[q, 1] ** 2 + bumped[q, 2] ** 2)
+        limit = min(1.0, 1.2 / slope)
+        for c in range(3):
+            bumped[q, c] = n[c] - (a * u[c] + b * v[c]) * limit
+        length = sqrt(bumped[q, 0] ** 2 + bumped[q, 1] ** 2 + bumped[q, 2] ** 2)
+        for c in range(3):
+            bumped[q, c] /= length

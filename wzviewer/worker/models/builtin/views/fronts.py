@@ -29,7 +29,7 @@ SKY_MARGIN_PX = 12.0
 SKY_GAP_PX = 6  # thinner gaps between leaves do not lower the horizon
 SKY_RAISE_PX = 70.0
 ISLAND_SHARE = 0.01  # of the picture: a smaller piece of sky is a gap in something
-ISLAND_REACH_PX = 16.0
+ISLAND_REACH_PX = 60.0
 
 
 @dataclass(frozen=True)

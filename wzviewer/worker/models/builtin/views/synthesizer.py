@@ -132,7 +132,9 @@ def _layers(
     offset = (-canvas.pad_px[0], -canvas.pad_px[1])
     layers = list(_pad_layers(canvas, axis)) if not canvas.inside.all() else []
     if len(surfaces) > 1:
-        kept = visible_pixels([s.relief for s in surfaces], masks, offset, camera, angle_deg)
+        kept = masks
+        if axis.wide:  # deep down, a background 1e6 px behind is in sight for 0.001 degrees only
+            kept = visible_pixels([s.relief for s in surfaces], masks, offset, camera, angle_deg)
         for surface, mask in zip(surfaces[1:], kept[1:], strict=True):
             if mask.any():
                 layers.append(_cropped(surface, mask, offset, 1))
