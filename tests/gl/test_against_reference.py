@@ -273,3 +273,19 @@ def test_picking_finds_what_the_frame_shows(renderer):
             assert abs(picked[0] - depth[y, x]) < 1e-9
     away = orbited(scene[0].camera, scene[0].frame.origin, 80.0)
     assert renderer.pick(away.zoomed(20.0, 14.0, 0.1), 0.5, 0.5) is None
+
+
+def test_an_anchor_behind_the_camera_is_no_obstacle(renderer):
+    """Fly past the middle of the root: what lies farther is still drawn, and nothing mirrored."""
+    scene, root = Scene(), Camera.initial(40, 28)
+    depth = np.tile(np.where(np.arange(40) < 20, 0.6, 1.5), (28, 1))
+    add_surface(scene, None, root, depth, noise_image(root, 0))
+    renderer.sync(scene)
+    pose = np.eye(4)
+    pose[2, 3] = -(scene[0].anchor_depth + 0.05)
+    camera = replace(root, camera_from_world=pose)
+    expected = reference.render(scene, camera)
+    assert 0.2 < expected.coverage.mean() < 0.8
+    color = renderer.render(camera).read_color()
+    error = np.abs(color - np.concatenate([expected.color, expected.coverage[..., None]], -1))
+    assert error.max() <= 2 / 255  # measured 0.1/255

@@ -80,6 +80,9 @@ class _Workspace:
         return self.planes[shape]
 
 
+Background = tuple[float, float, float] | FloatArray
+
+
 class SurfelObjective:
     """0.8 L1 + 0.2 D-SSIM of one level's renderings, and its gradient in q, log s and x.
 
@@ -161,15 +164,13 @@ class SurfelObjective:
         projection.project(*where, packed, *size, reach_px, work.rows, work.depths)
         return binning.front_to_back(work.rows, work.depths, 0.0, 1.0)
 
-    def render(self, view: PreparedView, background: tuple[float, float, float] = BLACK) -> FloatArray:
+    def render(self, view: PreparedView, background: Background = BLACK) -> FloatArray:
         """Renders a prepared view, (3, H, W) padded; the array is reused by the next call."""
         with KERNELS:
             self._forward(view, background)
         return self._work.planes_of(view.mask.shape)[0][0]
 
-    def _forward(
-        self, view: PreparedView, background: tuple[float, float, float]
-    ) -> tuple[binning.Offsets, binning.Indices]:
+    def _forward(self, view: PreparedView, background: Background) -> tuple[binning.Offsets, binning.Indices]:
         work, camera = self._work, view.camera
         chain.activate(self.log_scales, self.x, work.scales, work.opacities)
         values = (self.surfels.means, self.quats, work.scales, work.opacities)
@@ -177,11 +178,14 @@ class SurfelObjective:
         projection.project(*values, view.packed, *size, reach_px, work.rows, work.depths)
         lists = binning.bin_tiles(work.rows, view.order, *size)
         (image, _), (_, through) = work.planes_of(view.mask.shape)
-        forward.composite(work.rows, self.colors, *lists, np.asarray(background, np.float32), *image, through)
+        color = np.asarray(background if isinstance(background, tuple) else BLACK, np.float32)
+        forward.composite(work.rows, self.colors, *lists, color, *image, through)
+        if not isinstance(background, tuple):
+            np.add(image, through * background, out=image)
         return lists
 
     def render_with_gradient(
-        self, view: PreparedView, background: tuple[float, float, float] = BLACK
+        self, view: PreparedView, background: Background = BLACK
     ) -> tuple[float, Gradients]:
         """Returns the loss of a view and its gradient.
 
@@ -189,7 +193,7 @@ class SurfelObjective:
 
         Args:
             view: from `prepare`.
-            background: sRGB colour behind everything.
+            background: sRGB colour behind everything, or a picture (3, H, W) padded like the target.
         """
         n, work = len(self.surfels), self._work
         shapes: list[tuple[int, ...]] = [(n, 4), (n, 2), (n,)]
@@ -221,11 +225,12 @@ class SurfelObjective:
     def step_colors(self, view: PreparedView) -> None:
         """Adds to each colour what its own pixel lacks, clamped to [0, 1].
 
+        What shows through is taken to be right, as pictures are presented relative to their coverage.
         Only the nearest surfel centred in a pixel owns it.  The rendering is nearly the colours
         themselves, so this Jacobi iteration converges at once; it departs from the paper, where
         colours are fixed.
         """
-        image, (h, w) = self.render(view), (view.camera.height, view.camera.width)
+        image, (h, w) = self.render(view, view.target), (view.camera.height, view.camera.width)
         centres = self._work.rows[view.order, :2]
         inside = (centres >= 0).all(1) & (centres[:, 0] < w) & (centres[:, 1] < h)
         nearest_last = view.order[inside][::-1]

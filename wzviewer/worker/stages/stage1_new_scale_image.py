@@ -78,8 +78,9 @@ def _central_median(relief: FloatArray | Any) -> float:  # noqa: ANN401
 
 def _filled(color: FloatArray, coverage: FloatArray) -> FloatArray:
     """Holes of an observation are filled from their surroundings: push-pull over a pyramid."""
-    weight = np.clip(coverage, 0.0, 1.0)[..., None].astype(np.float32)
-    filled = color.astype(np.float32)  # premultiplied over black
+    # Where half is covered, the gaps between surfels are no holes: colour relative to coverage.
+    weight = np.clip(2.0 * coverage, 0.0, 1.0)[..., None].astype(np.float32)
+    filled = (color / np.maximum(coverage, 0.5)[..., None]).astype(np.float32)
     levels = []
     while min(filled.shape[:2]) > 2:
         levels.append((filled, weight))

@@ -25,6 +25,7 @@ from wzviewer.worker.objective import Gradients, PreparedView, SurfelObjective
 STEPS, COLOR_STEPS = 12, 2
 RATE_OPACITY, RATE_LOG_SCALE, RATE_QUAT = 0.2, 0.03, 0.01
 CROP_FACTOR = 2.0
+BACKDROP_CONTRAST = 0.3  # at 1 edges soften by 1.8 dB; at 0 leaks are free
 CROP_CENTRES = ((0.25, 0.25), (0.75, 0.75), (0.75, 0.25), (0.25, 0.75))
 
 
@@ -74,19 +75,31 @@ def optimize(
     source = TargetView(camera, image)
     schedule = view_schedule(source, views, steps)
     prepared: dict[int, PreparedView] = {}
+    backdrops: dict[int, FloatArray] = {}
     state = _AdamState(objective)
     for step, view in enumerate(schedule):
         if on_step is not None:
             on_step(step, steps + color_steps)
         if id(view) not in prepared:
             prepared[id(view)] = objective.prepare(view.camera, view.target, view.mask)
-        _, gradients = objective.render_with_gradient(prepared[id(view)])
+            backdrops[id(view)] = contrasting(prepared[id(view)].target)
+        _, gradients = objective.render_with_gradient(prepared[id(view)], backdrops[id(view)])
         state.update(gradients)
     for step in range(color_steps):
         if on_step is not None:
             on_step(steps + step, steps + color_steps)
         objective.step_colors(prepared.get(id(source)) or objective.prepare(camera, image))
     return objective.result()
+
+
+def contrasting(target: FloatArray) -> FloatArray:
+    """Returns what stands behind the surfels while they are optimised, (3, h, w).
+
+    Over black a dark surface may leak for nothing, and something bright behind it shines through
+    later.  Over the target pulled towards its opposite every leak costs a little everywhere.
+    """
+    opposite = (target < 0.5).astype(np.float32)
+    return target + np.float32(BACKDROP_CONTRAST) * (opposite - target)
 
 
 def view_schedule(source: TargetView, views: Sequence[TargetView], steps: int) -> list[TargetView]:

@@ -114,7 +114,7 @@ def background_layer(
     known = dilated(mask, CONTEXT_PX) & ~mask & ~nearer
     is_sky = front.sky[fronts.origin[..., 0], fronts.origin[..., 1]] & mask
     shift = _layer_shift(fronts, mask, known, is_sky, front, axis)
-    relief, hidden = _behind(axis.relief_of(shift), front.relief, axis)
+    relief, hidden = behind_front(axis.relief_of(shift), front.relief, axis)
     task = FillTask(
         front.image,
         known,
@@ -154,7 +154,9 @@ def _freedom(shift: FloatArray, axis: DepthAxis) -> FloatArray:
     return np.full_like(shift, DEPTH_FREEDOM * axis.base_px)
 
 
-def _behind(relief: FloatArray, front_relief: FloatArray, axis: DepthAxis) -> tuple[FloatArray, BoolArray]:
+def behind_front(
+    relief: FloatArray, front_relief: FloatArray, axis: DepthAxis
+) -> tuple[FloatArray, BoolArray]:
     """Pushes a layer (h, w) behind everything that the source camera sees within one pixel.
 
     Returns:

@@ -11,6 +11,7 @@ from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.edges import clean_edges, has_steps
 from wzviewer.worker.models.builtin.views.layers import BEHIND, Layer, Original, Surface, background_layer
+from wzviewer.worker.models.builtin.views.leftovers import leftover_layer
 from wzviewer.worker.models.builtin.views.outpaint import Canvas, outpaint, unpadded
 from wzviewer.worker.models.builtin.views.smoothing import dilated
 from wzviewer.worker.models.builtin.views.thinning import visible_pixels
@@ -88,8 +89,9 @@ class ViewSynthesizer:
         frame = Surface(np.ascontiguousarray(image, np.float32), clean, relief, sky)
         canvas = outpaint(frame, axis, gain, seed, check) if outside else unpadded(frame)
         surfaces, masks = _background(canvas, axis, gain, seed, check)
-        layers = _layers(canvas, surfaces, masks, axis, camera, angle_deg)
-        return Completion(image, relief, layers)
+        if axis.wide:  # deep down, a background 1e6 px behind is in sight for 0.001 degrees only
+            surfaces, masks = _thinned(canvas, surfaces, masks, camera, angle_deg, seed, check)
+        return Completion(image, relief, _layers(canvas, surfaces, masks, axis))
 
 
 def _sky_of(sky: BoolArray, clean: FloatArray, shift: FloatArray) -> BoolArray:
@@ -120,24 +122,38 @@ def _background(
     return surfaces, masks
 
 
-def _layers(
+def _thinned(
     canvas: Canvas,
     surfaces: list[Surface],
     masks: list[BoolArray],
-    axis: DepthAxis,
     camera: Camera,
     angle_deg: float,
+    seed: int,
+    check: Callable[[], None] | None,
+) -> tuple[list[Surface], list[BoolArray]]:
+    """Keeps what neighbours can see, and adds a layer for what they still miss."""
+    axis, front = DepthAxis.of(camera), canvas.surface
+    masks = visible_pixels([s.relief for s in surfaces], masks, _offset(canvas), camera, angle_deg)
+    original = Original(front.image, axis.log_of(front.shift), canvas.inside)
+    last, mask = leftover_layer(
+        surfaces, masks, original, _offset(canvas), camera, axis, angle_deg, seed + 90, check
+    )
+    return [*surfaces, last], [*masks, mask]
+
+
+def _offset(canvas: Canvas) -> tuple[int, int]:
+    """Returns the image pixel of the canvas origin."""
+    return -canvas.pad_px[0], -canvas.pad_px[1]
+
+
+def _layers(
+    canvas: Canvas, surfaces: list[Surface], masks: list[BoolArray], axis: DepthAxis
 ) -> tuple[Layer, ...]:
-    """Emits the pad and the visible part of each background layer."""
-    offset = (-canvas.pad_px[0], -canvas.pad_px[1])
+    """Emits the pad and each background layer."""
     layers = list(_pad_layers(canvas, axis)) if not canvas.inside.all() else []
-    if len(surfaces) > 1:
-        kept = masks
-        if axis.wide:  # deep down, a background 1e6 px behind is in sight for 0.001 degrees only
-            kept = visible_pixels([s.relief for s in surfaces], masks, offset, camera, angle_deg)
-        for surface, mask in zip(surfaces[1:], kept[1:], strict=True):
-            if mask.any():
-                layers.append(_cropped(surface, mask, offset, 1))
+    for surface, mask in zip(surfaces[1:], masks[1:], strict=True):
+        if mask.any():
+            layers.append(_cropped(surface, mask, _offset(canvas), 1))
     return tuple(layers)
 
 
@@ -155,7 +171,7 @@ def _pad_layers(canvas: Canvas, axis: DepthAxis) -> tuple[Layer, ...]:
 
     The parts overlap by a pixel or two, the inner one behind the outer, so that no seam opens.
     """
-    surface, offset = canvas.surface, (-canvas.pad_px[0], -canvas.pad_px[1])
+    surface, offset = canvas.surface, _offset(canvas)
     height, width = (n // PAD_STRIDE for n in surface.shift.shape)
     ring = dilated(~canvas.inside, OVERLAP_PX)
     relief = np.where(canvas.inside, axis.behind(surface.relief, BEHIND), surface.relief)
