@@ -124,6 +124,8 @@ class FakeClient:
 
     def poll(self, budget_s: float = 0.002) -> list[ev.Event]:
         events = [self._queue.popleft()] if self._queue else []
+        while self._queue and isinstance(self._queue[0], ev.WorkerLost):
+            events.append(self._queue.popleft())  # in the same breath as the request that it took along
         if any(isinstance(e, ev.LevelFinished | ev.LevelDropped) for e in events):
             self.is_busy = False
         return events

@@ -108,7 +108,7 @@ def test_weights_in_the_shader_equal_those_in_numpy(probe):
             worst = max(worst, float(np.abs(out[:, 0] - expected).max()))
             partial += int(((expected > 0.01) & (expected < 0.99)).sum())
     assert partial > 2000  # the cases are not all 0 and 1
-    assert worst < 1e-5  # measured 2.3e-6
+    assert worst < 1e-5  # measured 1.4e-6
 
 
 def test_projection_in_the_shader_equals_numpy(probe):
@@ -118,7 +118,6 @@ def test_projection_in_the_shader_equals_numpy(probe):
         view = AnchoredView.expand(camera, level.frame)
         out, px = probe(level.surfels, level.index, view, modulation(scene, level.index))
         expected = view.project(level.surfels.means)
-        # 1e-5 of the image's extent; measured 3e-5 px at 100 px.
-        np.testing.assert_allclose(px[:, :2], expected, atol=1e-4, rtol=1e-6)
-        np.testing.assert_allclose(out[:, 1], view.log_scale(level.surfels.means), atol=1e-5)  # measured 5e-7
+        np.testing.assert_allclose(px[:, :2], expected, atol=3e-5)  # measured 8e-6 px
+        np.testing.assert_allclose(out[:, 1], view.log_scale(level.surfels.means), atol=1e-5)  # measured 2e-7
         np.testing.assert_allclose(out[:, 2], view.depth_ratio(level.surfels.means), rtol=1e-6)

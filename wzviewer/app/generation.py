@@ -160,6 +160,8 @@ def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
         return replace(state, is_worker_ready=True)
     if isinstance(event, ev.WorkerLost):
         state = replace(state, is_worker_ready=False)
+        if any(t.kind == "error" and t.born_s == state.now_s for t in state.toasts):
+            return state  # the request that it took with it has just said so
         return state.with_toast(f"The worker {event.why}. It was started again; nothing is lost.", "error")
     if state.job is None or event.request_id != state.job.request_id:
         return state  # of a document that was closed meanwhile
@@ -226,7 +228,13 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     state = replace(state, job=None, goal=None, is_goal_waiting=False)
     if event.cancelled:
         return state if state.next_path is not None else state.with_toast("Cancelled.")
-    line = WzError(event.what, event.why, event.hint).line()
+    line = _sentence(event)
     if event.bad_input and len(state.scene):
         return replace(state, refusal=line)
     return state.with_toast(line, "error")
+
+
+def _sentence(event: ev.LevelDropped) -> str:
+    if event.what == "worker":  # its reasons are sentences about the worker already
+        return f"{event.why[:1].upper()}{event.why[1:].rstrip('.')}. {event.hint}".strip()
+    return WzError(event.what, event.why, event.hint).line()

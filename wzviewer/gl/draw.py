@@ -47,11 +47,13 @@ class SurfelDraw:
 
     Attributes:
         point_limit_px: largest point that the driver draws.
+        growth: factor of all footprints.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
         self.point_limit_px = min(float(ctx.info["GL_POINT_SIZE_RANGE"][1]), POINT_LIMIT_PX)
+        self.growth = 1.0
         self._programs: dict[Variant, moderngl.Program] = {}
         self._arrays: dict[Variant, tuple[moderngl.VertexArray, moderngl.Buffer]] = {}  # with its records
         self._index: moderngl.Buffer | None = None
@@ -108,7 +110,8 @@ class SurfelDraw:
         program = self._program(variant)
         guard = 0 if variant.quads else int(np.ceil(self.point_limit_px / 2))
         width, height = framebuffer.size
-        _set(program, {"u_size_px": (width, height), "u_guard_px": float(guard), **(uniforms or {})})
+        shared = {"u_size_px": (width, height), "u_guard_px": float(guard), "u_growth": self.growth}
+        _set(program, {**shared, **(uniforms or {})})
         for unit, (name, texture) in enumerate(textures.items()):
             texture.use(unit)
             _set(program, {name: unit})

@@ -29,6 +29,7 @@ class Run:
         first_record: where the run starts in the surfel buffer.
         level: index of the level.
         first_surfel: where the run starts in the level.
+        stride: records and surfels advance by this much.
     """
 
     columns: FloatArray
@@ -37,9 +38,15 @@ class Run:
     first_record: int
     level: int
     first_surfel: int
+    stride: int = 1
 
     def __len__(self) -> int:
         return self.columns.shape[1]
+
+    def records(self) -> UIntArray:
+        """Record numbers, (n,)."""
+        stop = self.first_record + self.stride * len(self)
+        return np.arange(self.first_record, stop, self.stride, dtype=np.uint32)
 
 
 def relative_depths(columns: FloatArray, view: AnchoredView, frame: LevelFrame, focus: Focus) -> FloatArray:
@@ -91,6 +98,6 @@ def order_runs(runs: Sequence[Run], focus: Focus) -> UIntArray:
     for run in runs:
         piece = slice(start, start + len(run))
         depth[piece] = relative_depths(run.columns, run.view, run.frame, focus)
-        records[piece] = np.arange(run.first_record, run.first_record + len(run), dtype=np.uint32)
+        records[piece] = run.records()
         start += len(run)
     return records[front_to_back(depth)]

@@ -72,4 +72,4 @@ def _near(prepared: Prepared, at_px: tuple[float, float]) -> Iterator[tuple[int,
             offset = means @ row[:3].astype(np.float32) - np.float32(at - row[3]) * D
             near &= np.abs(offset) <= np.float32(prepared.radius_px + MARGIN_PX) * np.abs(D)
         if near.any():
-            yield run.level, (np.flatnonzero(near) + run.first_surfel).astype(np.int32)
+            yield run.level, (np.flatnonzero(near) * run.stride + run.first_surfel).astype(np.int32)

@@ -29,7 +29,7 @@ from wzviewer.gl.present import Presenter
 from wzviewer.gl.records import RECORD_BYTES
 from wzviewer.gl.surfel_buffer import PAGE_SURFELS, SurfelBuffer
 from wzviewer.gl.targets import Target
-from wzviewer.gl.visible import LevelState, Prepared, prepare
+from wzviewer.gl.visible import LevelState, Prepared, growth_of, prepare
 
 DEFAULT_SETTINGS = RenderSettings()
 
@@ -100,6 +100,7 @@ class SurfelRenderer:
         began = time.perf_counter()
         quads = self._chooses_quads(prepared, settings)
         variant = Variant(quads, settings.blend == "linear", prepared.is_unit_weight)
+        self._draw.growth = growth_of(settings.stride)
         self._draw_color(prepared, camera, variant)
         median = self._find_median(prepared, camera, variant) if _wants_median(settings) else None
         reused = cached is not None and cached[1] is prepared
@@ -120,7 +121,7 @@ class SurfelRenderer:
         Returns:
             Median depth (world units along the camera's axis) and level index, or None on emptiness.
         """
-        prepared = self._prepare(camera, settings)
+        prepared = self._prepare(camera, replace(settings, stride=1))
         return pick(self._states, prepared, camera, (x_px, y_px), settings.blend, settings.modulation)
 
     def release(self) -> None:
@@ -179,9 +180,10 @@ class SurfelRenderer:
     def _prepare(self, camera: Camera, settings: RenderSettings) -> Prepared:
         pose = camera.camera_from_world.tobytes()
         lens = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height)
-        key = (pose, lens, self._synced, settings.modulation, settings.culling)
+        key = (pose, lens, self._synced, settings.modulation, settings.culling, settings.stride)
         if self._prepared is None or self._prepared[0] != key:
-            self._prepared = (key, prepare(self._states, camera, settings.modulation, settings.culling))
+            how = (settings.modulation, settings.culling, settings.stride)
+            self._prepared = (key, prepare(self._states, camera, *how))
         return self._prepared[1]
 
     def _chooses_quads(self, prepared: Prepared, settings: RenderSettings) -> bool:

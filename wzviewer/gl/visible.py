@@ -64,21 +64,22 @@ class LevelState:
         """Returns the same surfels with new records and covers."""
         return replace(self, level=level, first_records=records, modulation=modulation)
 
-    def run(self, first_chunk: int, last_chunk: int, view: AnchoredView) -> Run:
+    def run(self, first_chunk: int, last_chunk: int, view: AnchoredView, stride: int = 1) -> Run:
         """Returns chunks first..last (inclusive, consecutive records) as one run."""
         start = first_chunk * self.chunk_surfels
         stop = min((last_chunk + 1) * self.chunk_surfels, len(self.surfels))
-        record = int(self.first_records[first_chunk])
-        columns = self.columns[:, start:stop]
-        return Run(columns, view, self.level.frame, record, self.level.index, start)
+        skipped = -start % stride  # which surfels are drawn must not depend on what was culled
+        record = int(self.first_records[first_chunk]) + skipped
+        columns = self.columns[:, start + skipped : stop : stride]
+        return Run(columns, view, self.level.frame, record, self.level.index, start + skipped, stride)
 
-    def runs(self, chunks: IntArray, view: AnchoredView) -> list[Run]:
+    def runs(self, chunks: IntArray, view: AnchoredView, stride: int = 1) -> list[Run]:
         """Joins chunks, ascending, into runs of consecutive records."""
         if not len(chunks):
             return []
         records = self.first_records[chunks]
         breaks = np.flatnonzero((np.diff(chunks) != 1) | (np.diff(records) != self.chunk_surfels)) + 1
-        return [self.run(int(part[0]), int(part[-1]), view) for part in np.split(chunks, breaks)]
+        return [self.run(int(part[0]), int(part[-1]), view, stride) for part in np.split(chunks, breaks)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,12 +125,13 @@ class SeenChunks:
 
     @classmethod
     def of_level(
-        cls, state: LevelState, view: AnchoredView, size_px: tuple[int, int], modulated: bool
+        cls, state: LevelState, view: AnchoredView, size_px: tuple[int, int], modulated: bool, growth: float
     ) -> "SeenChunks":
         """Culls by frustum and by weight."""
-        keep = in_frustum(state.bounds, view, size_px)
-        slabs = view_slabs(state.bounds, view, size_px)
-        part = clipped(state.bounds, slabs)
+        bounds = replace(state.bounds, sigmas=state.bounds.sigmas * np.float32(growth))
+        keep = in_frustum(bounds, view, size_px)
+        slabs = view_slabs(bounds, view, size_px)
+        part = clipped(bounds, slabs)
         if modulated:
             for region in (part, slabs):
                 keep = keep & ~weightless(region, view, state.modulation)
@@ -144,8 +146,17 @@ class SeenChunks:
         return cls(np.arange(len(radii), dtype=np.int32), float(radii.max(initial=0.0)), not modulated)
 
 
+def growth_of(stride: int) -> float:
+    """How much larger footprints have to be where one in `stride` is drawn."""
+    return float(np.sqrt(stride))
+
+
 def prepare(
-    states: Mapping[int, LevelState], camera: Camera, modulated: bool = True, culling: bool = True
+    states: Mapping[int, LevelState],
+    camera: Camera,
+    modulated: bool = True,
+    culling: bool = True,
+    stride: int = 1,
 ) -> Prepared:
     """Culls and orders.
 
@@ -154,17 +165,18 @@ def prepare(
         camera: the rendering camera.
         modulated: whether Eq. 3 applies.
         culling: False keeps every chunk.
+        stride: keeps one surfel in so many, grown by its square root.
     """
     began = time.perf_counter()
     views = {i: AnchoredView.expand(camera, state.level.frame) for i, state in states.items()}
     size_px = (camera.width, camera.height)
     seen = {
-        i: SeenChunks.of_level(state, views[i], size_px, modulated)
+        i: SeenChunks.of_level(state, views[i], size_px, modulated, growth_of(stride))
         if culling
         else SeenChunks.all_of(state, views[i], modulated)
         for i, state in states.items()
     }
-    runs = [run for i, state in states.items() for run in state.runs(seen[i].chunks, views[i])]
+    runs = [run for i, state in states.items() for run in state.runs(seen[i].chunks, views[i], stride)]
     culled = time.perf_counter()
     order = order_runs(runs, _focus(states, camera))
     sorted_at = time.perf_counter()

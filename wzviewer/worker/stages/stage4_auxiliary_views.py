@@ -11,9 +11,10 @@ import numpy as np
 
 from wzviewer.core.camera import Camera
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
+from wzviewer.worker.models.base import ViewSynthesizer
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.models.builtin.views.mesh import EMPTY, OrbitView, draw_grid, project_grid, rotation_of
-from wzviewer.worker.models.builtin.views.synthesizer import ViewSynthesizer
+from wzviewer.worker.models.builtin.views.synthesizer import ViewSynthesizer as BuiltinSynthesizer
 
 ORBITS_DEG = ((8.0, 0.0), (-8.0, 0.0), (0.0, 5.0), (0.0, -5.0))  # (yaw, pitch) of C^k
 TEAR_PX = 3.0  # a quad with a longer side in the neighbouring view spans a depth step
@@ -60,7 +61,7 @@ def synthesize_auxiliary_views(
         seed: of the fill.
         check: called now and then; raises to cancel.
     """
-    synthesizer = synthesizer or ViewSynthesizer()
+    synthesizer = synthesizer or BuiltinSynthesizer()
     completion = synthesizer.complete(image, relief, sky, camera, outside, seed=seed, check=check)
     cameras = neighbour_cameras(camera, depth_z0, orbits_deg)
     return AuxiliaryViews(completion.relief, completion.layers, cameras)

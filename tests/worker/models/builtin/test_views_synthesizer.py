@@ -78,7 +78,7 @@ def test_layer_continues_the_far_plane_at_its_depth(behind_box):
     hidden[:, :82] = hidden[:, 128:] = False  # pixels beside the rim are pushed behind it by 0.4 %
     assert hidden.sum() > 500
     depth = (FOCAL_PX + relief[hidden]) / (FOCAL_PX + FAR)
-    assert np.abs(depth - 1).max() < 1e-3  # measured 2e-7
+    assert np.abs(depth - 1).max() < 1e-3  # measured 1.2e-7
 
 
 def test_layer_lies_behind_the_front(behind_box):
@@ -92,7 +92,7 @@ def test_stripes_continue_behind_the_box(behind_box):
     hidden = mask & box()
     hidden[:44] = hidden[100:] = False
     error = np.abs(image - striped()).max(axis=-1)[hidden]
-    assert (error < 0.1).mean() > 0.85  # measured 0.95
+    assert (error < 0.1).mean() > 0.85  # measured 0.98
     assert (image[hidden][:, 0] < 0.85).mean() > 0.99  # the red box is not its own background
 
 
@@ -102,6 +102,11 @@ def test_the_picture_is_untouched_and_the_step_is_kept(behind_box):
     inner = np.s_[44:100, 84:126]
     assert np.array_equal(behind_box.relief[inner], relief[inner])
     assert set(np.unique(np.round(behind_box.relief, 2))) == {NEAR, FAR}
+
+
+def near_frame(shape: tuple[int, int], x0: int, y0: int, stride: int) -> np.ndarray:
+    x, y = x0 + (np.arange(shape[1]) + 0.5) * stride, y0 + (np.arange(shape[0]) + 0.5) * stride
+    return ((y > -3) & (y < HEIGHT + 3))[:, None] & ((x > -3) & (x < WIDTH + 3))[None]
 
 
 def splat(completion: Completion, with_layers: bool) -> np.ndarray:
@@ -114,9 +119,11 @@ def splat(completion: Completion, with_layers: bool) -> np.ndarray:
         ]
     items = []
     for image, relief, mask, (x0, y0), stride in points:
-        rows, columns = np.nonzero(mask)
+        rows, columns = np.nonzero(mask & near_frame(mask.shape, x0, y0, stride))
         x, y = x0 + (columns + 0.5) * stride, y0 + (rows + 0.5) * stride
-        items.append(np.column_stack([relief[mask], x, y, np.full(len(x), stride), image[mask]]))
+        items.append(
+            np.column_stack([relief[rows, columns], x, y, np.full(len(x), stride), image[rows, columns]])
+        )
     table = np.concatenate(items)
     table = table[np.argsort(table[:, 0], kind="stable")]
     color, left = np.zeros((HEIGHT, WIDTH, 3)), np.ones((HEIGHT, WIDTH))
@@ -137,7 +144,7 @@ def test_source_view_does_not_change(padded):
     alone, full = splat(padded, False), splat(padded, True)
     inner = np.s_[3:-3, 3:-3]
     error = np.mean((alone[inner] - full[inner]) ** 2)
-    assert -10 * np.log10(error) > 60  # measured 62 dB
+    assert -10 * np.log10(error) > 60  # measured 63 dB
 
 
 def test_orbit_of_eight_degrees_is_covered(padded):
@@ -146,7 +153,7 @@ def test_orbit_of_eight_degrees_is_covered(padded):
         _, known = warp_view(image, padded.relief, padded.layers, camera(), neighbour)
         bare = warp_view(image, relief, (), camera(), neighbour)[1]
         assert 1 - bare.mean() > 0.02
-        assert 1 - known.mean() <= 0.005  # measured 0.0002
+        assert 1 - known.mean() <= 0.005  # measured 0
 
 
 def test_sky_stays_sky():

@@ -5,7 +5,7 @@ from math import floor, sqrt
 from numba import njit
 
 # Entry kernels hold no lock, raise nothing from arithmetic (smaller code) and are cached on disk.
-# Numba notices edits only in an entry kernel's own file: after editing another one, touch them.
+# Numba notices edits only in an entry kernel's own file, so those carry a digest of the others.
 ENTRY = {"cache": True, "nogil": True, "error_model": "numpy"}
 # What only kernels call needs no Python wrapper and no cache of its own: half the compile time.
 JIT = {"nogil": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}

@@ -40,6 +40,7 @@ from wzviewer.worker.models.builtin.objects.terms import (
     tint,
 )
 
+KERNELS = "65144bed"  # digest of the files whose functions are compiled in; a test holds it
 PLAIN, ELYTRA, PRONOTUM, EYE, CHITIN, HAIR, WING, STRIAE, PLASTIC, STONE, WATER = range(11)
 MATERIAL = 24
 

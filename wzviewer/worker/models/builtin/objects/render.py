@@ -105,12 +105,13 @@ class Scene:
     def _lists(self) -> tuple[LongArray, LongArray]:
         """Bins bounding spheres into tiles; returns (ids, spans) of `march.trace`."""
         P, rows = self.primitives, -(-self.height // TILE)
-        centre = self.pose.project(P[:, 30:33])
-        reach = P[:, 33] * self.pose.size_px * self.pose.stretch + 1.0
+        points, radius, owner = _stamps(P)
+        centre = self.pose.project(points)
+        reach = radius * self.pose.size_px * self.pose.stretch + 1.0
         meets = np.zeros((rows, self.columns, len(P)), bool)
-        low = np.floor((centre - reach[:, None]) / TILE).astype(int)
-        high = np.floor((centre + reach[:, None]) / TILE).astype(int) + 1
-        for i, ((x0, y0), (x1, y1)) in enumerate(zip(np.maximum(low, 0), np.maximum(high, 0), strict=True)):
+        low = np.maximum(np.floor((centre - reach[:, None]) / TILE).astype(int), 0)
+        high = np.maximum(np.floor((centre + reach[:, None]) / TILE).astype(int) + 1, 0)
+        for (x0, y0), (x1, y1), i in zip(low, high, owner, strict=True):
             meets[y0:y1, x0:x1, i] = True
         tile, ids = np.nonzero(meets.reshape(-1, len(P)))
         ends = np.cumsum(np.bincount(tile, minlength=rows * self.columns))
@@ -312,6 +313,26 @@ def shade_points(
     )
 
 
+def _stamps(P: DoubleArray) -> tuple[DoubleArray, DoubleArray, LongArray]:
+    """Returns (points, radii, owners): balls that hold each primitive, small ones along a thin part."""
+    points, radii, owners = [P[:, 30:33]], [P[:, 33]], [np.arange(len(P))]
+    thin = np.isin(P[:, 0], (BEZIER, CONE))
+    t = np.linspace(0, 1, 9)[:, None]
+    for i in np.flatnonzero(thin):
+        row = P[i]
+        if row[0] == BEZIER:
+            a, b, c = row[16:19], row[19:22], row[22:25]
+            curve, thick = (1 - t) ** 2 * a + 2 * t * (1 - t) * b + t * t * c, row[25:27].max()
+        else:
+            curve, thick = row[4:7] + t * row[16] * row[13:16], row[17:19].max()
+        step = np.linalg.norm(np.diff(curve, axis=0), axis=1).max()
+        points.append(curve)
+        radii.append(np.full(9, thick + 0.5 * step + row[2]))
+        owners.append(np.full(9, i))
+    radii[0] = np.where(thin, -1e6, radii[0])  # replaced by their own chains
+    return np.concatenate(points), np.concatenate(radii), np.concatenate(owners).astype(np.int64)
+
+
 def _widened(P: DoubleArray, px: float) -> tuple[DoubleArray, DoubleArray]:
     """Returns primitives at least a pixel wide, and the share of a pixel that each really covers."""
     P, opacity = P.copy(), np.ones(len(P))
@@ -346,10 +367,13 @@ def _edges(ids: LongArray, layer: Layer, scene: Scene) -> BoolArray:
     thin = (ids >= 0) & (scene.opacity[np.maximum(ids, 0)] < 0.97)
     kernel = np.ones((3, 3), np.uint8)
     changes = cv2.dilate(group, kernel) != cv2.erode(group, kernel)
+    inside = ids >= 0
     luma = np.sqrt(np.maximum(layer.color.mean(-1), 0))
-    contrast = cv2.dilate(luma, kernel) - cv2.erode(luma, kernel) > 0.35
+    contrast = (cv2.dilate(luma, kernel) - cv2.erode(luma, kernel) > 0.35) & inside
+    if inside.mean() > 0.5:  # a close-up: its bumps are everywhere, and many pixels wide
+        contrast[:] = False
     hairs = cv2.dilate(thin.astype(np.uint8), kernel) > 0
-    return np.asarray(changes | hairs | (contrast & (ids >= 0)), bool)
+    return np.asarray(changes | hairs | contrast, bool)
 
 
 def _fill_edges(layer: Layer, x: LongArray, y: LongArray, samples: FloatArray) -> Layer:

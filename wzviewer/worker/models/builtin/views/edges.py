@@ -21,6 +21,7 @@ RELATIVE_FRINGE_STEP = 0.08
 SNAP_RADIUS_PX = 4
 CONTRAST = 0.14  # colour distance of the two sides above which colour decides
 FRINGE_PX = 2
+MIXED_SHARE = 0.12  # share of the near colour from which on a pixel belongs to the near side
 
 
 def clean_edges(shift: FloatArray, image: FloatArray, axis: DepthAxis, gain: float) -> FloatArray:
@@ -38,8 +39,9 @@ def clean_edges(shift: FloatArray, image: FloatArray, axis: DepthAxis, gain: flo
     sharp = sharpen_steps(shift, axis, gain)
     if not has_steps(sharp, axis, gain):
         return shift
-    snapped = snap_to_colour(sharp, image, axis, gain)
-    return widen_near_side(snapped, axis, gain, FRINGE_PX)
+    snapped, mixed, clear = snap_to_colour(sharp, image, axis, gain)
+    fringe = widen_near_side(snapped, axis, gain, ~clear)
+    return widen_near_side(fringe, axis, gain, clear & mixed, FRINGE_PX)
 
 
 def has_steps(shift: FloatArray, axis: DepthAxis, gain: float) -> bool:
@@ -72,11 +74,17 @@ def sharpen_steps(shift: FloatArray, axis: DepthAxis, gain: float) -> FloatArray
     return np.asarray(sharp, np.float32)
 
 
-def snap_to_colour(shift: FloatArray, image: FloatArray, axis: DepthAxis, gain: float) -> FloatArray:
+def snap_to_colour(
+    shift: FloatArray, image: FloatArray, axis: DepthAxis, gain: float
+) -> tuple[FloatArray, BoolArray, BoolArray]:
     """Gives pixels beside a step to the side whose colour they have.
 
     The colours of the two sides are local means of pixels 3 to 6 px inside either side; a pixel in
     between is their mixture with a share alpha of the near one, the simplest matting model.
+
+    Returns:
+        The shift, where a pixel holds some of the near colour, and where the two colours differ
+        enough to tell, each (h, w).
     """
     radius = SNAP_RADIUS_PX
     far, near = _extremes(shift, 2 * radius + 5)
@@ -88,11 +96,13 @@ def snap_to_colour(shift: FloatArray, image: FloatArray, axis: DepthAxis, gain: 
     near_mean, near_weight = _side_mean(image, shift, near_core)
     far_mean, far_weight = _side_mean(image, shift, far_core)
     share, sure = _mixture_share(image, near_mean[..., :3], far_mean[..., :3])
-    undecided = band & ~near_core & ~far_core & sure & (near_weight > 0.02) & (far_weight > 0.02)
+    sure &= (near_weight > 0.02) & (far_weight > 0.02)
+    undecided = band & ~near_core & ~far_core & sure
     score = np.where(undecided, share, is_near.astype(np.float32)).astype(np.float32)
     wins_near = cv2.blur(score, (3, 3)) > 0.5
     moved = undecided & (wins_near != is_near)
-    return np.where(moved, np.where(wins_near, near_mean[..., 3], far_mean[..., 3]), shift).astype(np.float32)
+    side = np.where(wins_near, near_mean[..., 3], far_mean[..., 3])
+    return np.where(moved, side, shift).astype(np.float32), share > MIXED_SHARE, sure
 
 
 def _side_mean(image: FloatArray, shift: FloatArray, core: BoolArray) -> tuple[FloatArray, FloatArray]:
@@ -113,11 +123,13 @@ def _mixture_share(
     return np.clip(share, 0, 1).astype(np.float32), contrast > CONTRAST
 
 
-def widen_near_side(shift: FloatArray, axis: DepthAxis, gain: float, radius_px: int) -> FloatArray:
-    """Lets the near side of each step grow by a few pixels, so that mixed colours move with it."""
+def widen_near_side(
+    shift: FloatArray, axis: DepthAxis, gain: float, allowed: BoolArray, radius_px: int = 1
+) -> FloatArray:
+    """Lets the near side of each step grow by a few allowed pixels, so that mixed colours move with it."""
     widened = shift
     for _ in range(radius_px):
         near = _extremes(widened, 3)[1]
         limit = np.maximum(FRINGE_STEP_PX / gain, axis.step_of(widened, RELATIVE_FRINGE_STEP))
-        widened = np.where(near - widened > limit, near, widened)
+        widened = np.where(allowed & (near - widened > limit), near, widened)
     return np.asarray(widened, np.float32)
