@@ -71,6 +71,19 @@ def test_a_cancel_that_is_not_heard_ends_the_worker_within_a_second(make_client)
     assert not client.is_busy
 
 
+def test_a_worker_that_never_starts_is_given_up_and_tried_again_when_asked(make_client):
+    client = make_client(children.brittle)
+    lost, deadline = [], time.perf_counter() + 30
+    while client.pid is not None and time.perf_counter() < deadline:
+        lost += [e for e in client.poll(0.01) if isinstance(e, WorkerLost)]
+        client.channel_wait(0.02)
+    assert len(lost) == client_module.MAX_FAILED_STARTS
+    assert "3 times in a row" in lost[-1].why
+    assert client.poll(0.01) == []
+    client.reconstruct(PHOTO)
+    assert poll_for(client, LevelDropped)
+
+
 def test_two_requests_at_once_are_refused(make_client):
     client = make_client(children.deaf)
     client.reconstruct(PHOTO)

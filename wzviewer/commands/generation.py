@@ -128,10 +128,10 @@ def _wait_until(client: WorkerClient, is_end: Callable[[Event], bool], timeout_s
     deadline = time.perf_counter() + timeout_s
     while time.perf_counter() < deadline:
         for event in client.poll(0.05):
-            if isinstance(event, WorkerLost) and not client.is_busy:
-                raise WorkerError("worker", f"it {event.why}", "Try again; see --help for smaller sizes.")
             if is_end(event):
                 return
+            if isinstance(event, WorkerLost) and not client.is_busy:
+                raise WorkerError("worker", f"it {event.why}", "Try again, perhaps with a smaller --size.")
         client.channel_wait(0.02)
     raise WorkerError("worker", f"no result within {timeout_s:.0f} s")
 

@@ -18,11 +18,12 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.records import camera_to_json, header_of
 from wzviewer.core.scene import Level, Scene
 from wzviewer.core.types import ByteArray
-from wzviewer.worker.transport import Channel, TransportError, make_memory
+from wzviewer.worker.transport import Arrays, Channel, TransportError, make_memory
 
 CANCEL_GRACE_S = 0.7  # then the worker is killed; the contract says one second in all
 HEARTBEAT_LIMIT_S = 30.0  # without a sign of life the worker counts as hung
-START_LIMIT_S = 180.0  # a cold start compiles the CPU kernels
+START_LIMIT_S = 180.0  # a slow disk, a busy machine: importing takes its time
+MAX_FAILED_STARTS = 3  # in a row; then the worker is left alone until it is asked for something
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,7 @@ class WorkerClient:
         self.request_id = 0  # of the running request; 0 when idle
         self.ready = False
         self._process: Any = None
+        self._failed_starts = 0
 
     @property
     def is_busy(self) -> bool:
@@ -129,7 +131,7 @@ class WorkerClient:
     def load(self, scene: Scene) -> None:
         """Takes over a scene; its levels are sent to the worker when a request needs them."""
         if self._process is not None:
-            self._channel.send(m.ForgetScene())
+            self._send(m.ForgetScene())
         self._known = set()
         self._levels = list(scene)
 
@@ -137,7 +139,7 @@ class WorkerClient:
         """Asks for E_0 from a photo (h, w, 3) uint8; forgets all levels; returns the request id."""
         self.load(Scene())
         request_id = self._begin()
-        self._channel.send(m.ReconstructScene(request_id, seed), {"image": image})
+        self._send(m.ReconstructScene(request_id, seed), {"image": image})
         return request_id
 
     def synthesize(self, parent: int, camera: Camera, prompt: str = "", seed: int = 0) -> int:
@@ -146,12 +148,17 @@ class WorkerClient:
         for index in self._path(parent):
             if index not in self._known:
                 level = self._levels[index]
-                self._channel.send(m.ReplayLevel(header_of(level)), replay_arrays(level))
+                self._send(m.ReplayLevel(header_of(level)), replay_arrays(level))
                 self._known.add(index)
         index = len(self._levels)
         record = camera_to_json(camera)
-        self._channel.send(m.SynthesizeLevel(request_id, index, parent, record, prompt, seed))
+        self._send(m.SynthesizeLevel(request_id, index, parent, record, prompt, seed))
         return request_id
+
+    def _send(self, message: m.Message, arrays: Arrays | None = None) -> None:
+        # A worker that is gone is noticed, and replaced, by the next poll.
+        with contextlib.suppress(OSError):
+            self._channel.send(message, arrays)
 
     def _path(self, index: int) -> list[int]:
         chain: list[int] = []
@@ -164,6 +171,9 @@ class WorkerClient:
     def _begin(self) -> int:
         if self.is_busy:
             raise RuntimeError("a request is running; cancel it or wait")
+        if self._process is None:
+            self._failed_starts = 0
+            self.start()
         self.request_id, self._next_request = self._next_request, self._next_request + 1
         self._assembly = LevelAssembly()
         self._cancelled_at = None
@@ -173,23 +183,29 @@ class WorkerClient:
         """Cancels the running request; `LevelDropped` follows within a second."""
         if self.is_busy and self._cancelled_at is None:
             self._cancelled_at = time.perf_counter()
-            with contextlib.suppress(OSError):
-                self._channel.send(m.Cancel(self.request_id))
+            self._send(m.Cancel(self.request_id))
 
     def poll(self, budget_s: float = 0.002) -> list[Event]:
         """Returns what happened since the last call; handles a lost worker; never blocks."""
+        if self._process is not None:
+            self._listen(budget_s)
+        events, self._events = list(self._events), deque()
+        return events
+
+    def _listen(self, budget_s: float) -> None:
         try:
             for delivery in self._channel.poll(budget_s):
                 self._last_sign_s = time.perf_counter()
                 self._handle(delivery.message, delivery.arrays)
         except (EOFError, OSError, TransportError, ValueError) as error:
             self._replace_worker(self._reason(error))
-        self._check_liveness()
-        events, self._events = list(self._events), deque()
-        return events
+        if self._process is not None:
+            self._check_liveness()
 
     def channel_wait(self, timeout_s: float) -> None:
         """Sleeps until the worker says something, at most ``timeout_s``."""
+        if self._process is None:
+            return
         with contextlib.suppress(OSError):
             self._channel.pipe.poll(timeout_s)
 
@@ -206,7 +222,7 @@ class WorkerClient:
 
     def _handle(self, message: m.Message, arrays: dict[str, Any]) -> None:
         if isinstance(message, m.WorkerReady):
-            self.ready = True
+            self.ready, self._failed_starts = True, 0
             self._events.append(WorkerStarted(0))
         elif getattr(message, "request_id", None) == self.request_id and self._assembly is not None:
             self._handle_request(message, arrays, self._assembly)
@@ -262,8 +278,13 @@ class WorkerClient:
         self._stop()
         if self.is_busy:
             self._drop(LevelDropped(self.request_id, "worker", f"the worker {why}", "Try again."))
+        self._failed_starts += not self.ready
+        if self._failed_starts >= MAX_FAILED_STARTS:
+            why = f"{why}; it failed {MAX_FAILED_STARTS} times in a row and is not started again until needed"
+            self._process = None
+        else:
+            self.start()
         self._events.append(WorkerLost(0, why))
-        self.start()
 
     def _stop(self) -> None:
         self._process.kill()
