@@ -22,9 +22,9 @@ from wzviewer.errors import OutputError
 from wzviewer.gl.renderer import SurfelRenderer
 
 ZOOMS = (
-    Zoom(0.25, 0.5, 8.0, "a ladybug"),
-    Zoom(0.5, 0.5, 8.0, ""),
-    Zoom(0.5, 0.5, 8.0, "a butterfly"),
+    Zoom(0.318, 0.545, prompt="a butterfly"),  # a petal of the large daisy
+    Zoom(0.28, 0.72, prompt="a ladybug"),  # the petal beside the butterfly's wing
+    Zoom(0.475, 0.27),  # the ladybug's head: drawn again, finer
 )
 GUTTER_PX = 8
 

@@ -10,8 +10,10 @@
           │
        fronts ──► background ──► exemplar     one layer behind every depth edge, painted with
           │             ▲                     patches of the picture at the layer's own depth
-          │             └── twice: the second layer lies behind the first
+          │             └── repeated: each layer lies behind the one before
        thinning     only what some neighbouring camera can see is kept
+          │
+      leftovers     what eight neighbouring cameras still miss
           │
        synthesizer.Completion      front relief, layers: one definition of the hidden world
           │

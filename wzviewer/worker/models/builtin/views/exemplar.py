@@ -50,8 +50,8 @@ class FillRule:
 
     radius_px: int = 6
     coherent: int = 24
-    scattered: int = 120
-    refined: int = 30
+    scattered: int = 88
+    refined: int = 24
     depth_cost: float = 300.0
     row_cost: float = 0.3
     rim_cost: float = 0.25
@@ -59,7 +59,7 @@ class FillRule:
 
     def coarse(self) -> "FillRule":
         """Returns the rule of the guide, at a quarter of the size."""
-        return replace(self, radius_px=max(3, self.radius_px - 2), scattered=96, row_cost=0.8, rim_cost=1.0)
+        return replace(self, radius_px=max(3, self.radius_px - 2), scattered=72, row_cost=0.8, rim_cost=1.0)
 
 
 @dataclass(frozen=True)

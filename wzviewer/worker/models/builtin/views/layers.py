@@ -24,6 +24,8 @@ RIM_PX = 9
 HARMONIC_SHARE = 0.4
 RIM_BLUR_PX = 3.0
 DEPTH_FREEDOM = 0.2  # relative depth that smoothing may move a layer away from its rim
+FIRST_RULE = FillRule()
+DEEPER_RULE = FillRule(scattered=64, guide_cost=0.0)  # small regions: no large shapes to guide
 BEHIND = 0.004  # relative depth margin behind the front
 PUSH_LIMIT = 0.1  # log depth beyond which a layer pixel is dropped instead of pushed back
 
@@ -88,6 +90,7 @@ def background_layer(
     gain: float,
     seed: int,
     check: Callable[[], None] | None = None,
+    rule: FillRule = FIRST_RULE,
 ) -> tuple[Surface, BoolArray]:
     """Makes the layer behind all depth edges of a surface.
 
@@ -99,6 +102,7 @@ def background_layer(
         gain: tan of the largest orbit angle.
         seed: of the candidate search.
         check: called now and then; may raise `Cancelled`.
+        rule: of the fill.
 
     Returns:
         The front with the layer in its place, and the layer's pixels (h, w) bool; none if there is no edge.
@@ -125,7 +129,7 @@ def background_layer(
         axis.log_of(shift),
         fronts.origin,
     )
-    image = fill(task, FillRule(), seed, check)[0]
+    image = fill(task, rule, seed, check)[0]
     relief = np.where(mask, relief, front.relief)
     shift = np.where(mask, axis.shift_of(relief), front.shift)
     return Surface(image, shift, relief, np.where(mask, is_sky, front.sky)), mask & hidden

@@ -13,10 +13,11 @@ from numba import njit
 from wzviewer.core.camera import Camera
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
-from wzviewer.worker.models.builtin.views.exemplar import FillRule, FillTask, fill
+from wzviewer.worker.models.builtin.views.exemplar import FillTask, fill
 from wzviewer.worker.models.builtin.views.layers import (
     CONTEXT_PX,
     CONTEXT_STEP,
+    DEEPER_RULE,
     Original,
     Surface,
     behind_front,
@@ -40,7 +41,7 @@ def leftover_layer(
     seed: int,
     check: Callable[[], None] | None = None,
 ) -> tuple[Surface, BoolArray]:
-    """Makes one more layer from the holes of four neighbouring views.
+    """Makes one more layer from the holes of eight neighbouring views.
 
     Args:
         surfaces: the front and the layers behind it, on one canvas.
@@ -58,7 +59,7 @@ def leftover_layer(
     """
     front = surfaces[0]
     relief = _holes([s.relief for s in surfaces], masks, offset_px, camera, angle_deg)
-    relief = np.asarray(cv2.dilate(relief, np.ones((3, 3), np.uint8)), np.float32)
+    relief = np.asarray(cv2.dilate(relief, np.ones((7, 7), np.uint8)), np.float32)
     mask = relief > UNSET
     relief, hidden = behind_front(np.where(mask, relief, front.relief), front.relief, axis)
     mask &= hidden
@@ -71,7 +72,7 @@ def leftover_layer(
         behind.image, around & ~mask & ~nearer, mask, original.image, original.usable,
         original.log_depth, axis.log_of(shift), np.stack([rows, columns], axis=-1),
     )  # fmt: skip
-    image = fill(task, FillRule(), seed, check)[0] if mask.any() else front.image
+    image = fill(task, DEEPER_RULE, seed, check)[0] if mask.any() else front.image
     return Surface(image, shift, relief, front.sky), mask
 
 
@@ -83,7 +84,7 @@ def _holes(
     angle_deg: float,
 ) -> FloatArray:
     """Returns the relief (h, w) of hole pixels carried back to the source canvas, `UNSET` elsewhere."""
-    angles = [(YAW, 0.0), (-YAW, 0.0), (0.0, PITCH), (0.0, -PITCH)]
+    angles = [(x, y) for x in (-YAW, 0.0, YAW) for y in (-PITCH, 0.0, PITCH) if x or y]
     probes = [OrbitView.of(camera, rotation_of(x * angle_deg, y * angle_deg)) for x, y in angles]
     views = np.stack([probe.parameters() for probe in probes])
     cells = (len(views), int(camera.height // CELL_PX), int(camera.width // CELL_PX))

@@ -10,7 +10,15 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.edges import clean_edges, has_steps
-from wzviewer.worker.models.builtin.views.layers import BEHIND, Layer, Original, Surface, background_layer
+from wzviewer.worker.models.builtin.views.layers import (
+    BEHIND,
+    DEEPER_RULE,
+    FIRST_RULE,
+    Layer,
+    Original,
+    Surface,
+    background_layer,
+)
 from wzviewer.worker.models.builtin.views.leftovers import leftover_layer
 from wzviewer.worker.models.builtin.views.outpaint import Canvas, outpaint, unpadded
 from wzviewer.worker.models.builtin.views.smoothing import dilated
@@ -111,8 +119,9 @@ def _background(
     allowed = np.ones(front.shift.shape, np.bool_)
     surfaces, masks = [front], [allowed]
     for k in range(NUM_LAYERS if axis.wide else NUM_DEEP_LAYERS):
+        rule = FIRST_RULE if k == 0 else DEEPER_RULE
         layer, mask = background_layer(
-            surfaces[-1], original, allowed, axis, gain, seed + 10 * (k + 1), check
+            surfaces[-1], original, allowed, axis, gain, seed + 10 * (k + 1), check, rule
         )
         if np.count_nonzero(mask) < MIN_LAYER_PIXELS:
             break
