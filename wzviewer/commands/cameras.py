@@ -14,9 +14,9 @@ from wzviewer.core.scene import Scene
 from wzviewer.core.types import DoubleArray
 from wzviewer.errors import InputError
 
-FPS = 30
-SECONDS_PER_LEVEL = 3.0
-HOLD_SECONDS = 0.7  # at every level, to look around
+FPS = 24
+SECONDS_PER_LEVEL = 2.5
+HOLD_SECONDS = 0.6  # at every level, to look around
 ORBIT_SECONDS = 4.0
 ORBIT_DEG = 8.0
 MAX_PATH_BYTES = 64 << 20

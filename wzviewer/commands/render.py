@@ -7,7 +7,7 @@ import numpy as np
 
 from wzviewer.commands import cameras
 from wzviewer.commands.progress import Progress
-from wzviewer.commands.rendering import picture, scene_renderer, write_film, write_png
+from wzviewer.commands.rendering import film_frames, picture, scene_renderer, write_film, write_png
 from wzviewer.config import parse_size
 from wzviewer.core.camera import Camera
 from wzviewer.core.files import load_scene
@@ -36,13 +36,18 @@ def run(options: argparse.Namespace) -> None:
             write_png(options.output, image)
         else:
             path = _film_path(options, scene, level)
-            _write_film(options.output, renderer, [_sized(c, size) for c in path], settings)
+            _write_film(options.output, renderer, _all_sized(path, size), settings)
         if options.depth is not None:
             _write_depth(options.depth, renderer, scene, level, _sized(camera, size))
 
 
 def _sized(camera: Camera, size: tuple[int, int] | None) -> Camera:
     return camera if size is None else camera.resized(*size)
+
+
+def _all_sized(path: list[Camera], size: tuple[int, int] | None) -> list[Camera]:
+    sized = {id(camera): _sized(camera, size) for camera in path}  # a resting camera stays one object
+    return [sized[id(camera)] for camera in path]
 
 
 def _film_path(options: argparse.Namespace, scene: Scene, level: int) -> list[Camera]:
@@ -56,7 +61,7 @@ def _film_path(options: argparse.Namespace, scene: Scene, level: int) -> list[Ca
 def _write_film(path: Path, renderer: SurfelRenderer, film: list[Camera], settings: RenderSettings) -> None:
     with Progress() as progress:
         progress.begin(f"film of {len(film)} frames")
-        frames = (picture(renderer, camera, settings) for camera in film)
+        frames = film_frames(renderer, film, settings)
         write_film(path, frames, cameras.FPS, len(film), progress)
         progress.done()
 

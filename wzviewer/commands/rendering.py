@@ -1,6 +1,6 @@
 """Scene -> pictures and films, through the same renderer as the window."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -40,6 +40,17 @@ def picture(renderer: SurfelRenderer, camera: Camera, settings: RenderSettings |
     return renderer.render(camera, settings or RenderSettings()).read_color8()
 
 
+def film_frames(
+    renderer: SurfelRenderer, film: Sequence[Camera], settings: RenderSettings
+) -> Iterator[ByteArray]:
+    """Renders a camera path; a camera that rests is rendered once."""
+    camera: Camera | None = None
+    for upcoming in film:
+        if upcoming is not camera:
+            camera, image = upcoming, picture(renderer, upcoming, settings)
+        yield image
+
+
 def write_png(path: Path, image: ByteArray) -> None:
     """Writes a picture whole or not at all.
 
@@ -73,7 +84,7 @@ def write_film(path: Path, frames: Iterable[ByteArray], fps: int, count: int, pr
             even = frame[: frame.shape[0] & ~1, : frame.shape[1] & ~1]
             if writer is None:
                 size = (even.shape[1], even.shape[0])
-                options = ["-crf", H264_QUALITY, "-preset", "medium", "-pix_fmt", "yuv420p"]
+                options = ["-crf", H264_QUALITY, "-preset", "medium"]
                 arguments = {"fps": fps, "macro_block_size": 1, "output_params": options}
                 writer = imageio_ffmpeg.write_frames(str(temporary), size, quality=None, **arguments)
                 writer.send(None)

@@ -16,6 +16,7 @@ from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 
+LAYER_SIGMA_PX = 0.75  # hidden layers are not optimised: softer than the front, and closed
 PREVIEW_STRIDE = 2  # a preview has every second pixel each way: a quarter of the surfels
 
 
@@ -60,11 +61,13 @@ def layer_surfels(draft: Draft) -> list[Surfels]:
 def _layer_surfels(layer: Layer, draft: Draft) -> Surfels:
     stride, camera = layer.stride, draft.camera
     if stride == 1:
-        return lift(layer.image, layer.relief, camera, mask=layer.mask, offset_px=layer.offset_px)
+        return lift(
+            layer.image, layer.relief, camera, None, layer.mask, LAYER_SIGMA_PX, offset_px=layer.offset_px
+        )
     coarse = camera.resampled(camera.width // stride, camera.height // stride)
     x = np.float32(coarse.width / camera.width)
     offset = (layer.offset_px[0] // stride, layer.offset_px[1] // stride)
-    surfels = lift(layer.image, layer.relief * x, coarse, mask=layer.mask, offset_px=offset)
+    surfels = lift(layer.image, layer.relief * x, coarse, None, layer.mask, LAYER_SIGMA_PX, offset_px=offset)
     return surfels.with_(means=surfels.means / x, scales=surfels.scales / x)
 
 
