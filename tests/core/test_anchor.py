@@ -73,3 +73,16 @@ def test_the_anchor_projects_to_the_image_centre():
     frame = LevelFrame.of_camera(camera, 1.0)
     px = AnchoredView.expand(camera, frame).project(np.zeros((1, 3), np.float32))
     np.testing.assert_allclose(px, [[544.0, 360.0]], atol=0.02)  # measured 0.008, float64 at 7e13 px
+
+
+def test_points_in_front_are_projected_although_the_anchor_lies_behind():
+    camera = Camera.initial(640, 480)
+    behind = LevelFrame(np.array([0.1, 0.0, -2.0]), np.eye(3), 1e-3)
+    points = np.array([[0.2, -0.1, 3.0], [0.0, 0.0, -1.0]])
+    means = ((points - behind.origin) / behind.unit).astype(np.float32)
+    view = AnchoredView.expand(camera, behind)
+    projected = view.project(means)
+    np.testing.assert_allclose(projected[0], camera.project(points[0])[:2], atol=1e-2)  # measured 2e-4
+    assert np.isnan(projected[1]).all()
+    expected = np.log2(3.0 / (camera.focal_px * behind.unit))
+    assert view.log_scale(means)[0] == pytest.approx(expected, abs=1e-4)

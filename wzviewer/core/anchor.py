@@ -81,18 +81,22 @@ class AnchoredView:
         return cls(rows, float(a[2]), M[2])
 
     def depth_ratio(self, means: FloatArray) -> FloatArray:
-        """D(u): depth relative to the anchor's, (n,) float32; <= 0 is behind the camera."""
+        """D(u): depth relative to the anchor's, (n,) float32; see `in_front`."""
         g = self.rows[2, :3].astype(np.float32)
         return np.float32(1.0) + means @ g
 
+    def in_front(self, means: FloatArray) -> FloatArray:
+        """D(u) made positive in front of the camera, also where the anchor itself lies behind it."""
+        side = np.float32(1.0 if self.depth >= 0.0 else -1.0)
+        return side * self.depth_ratio(means)
+
     def project(self, means: FloatArray) -> FloatArray:
         """Image position of local points (n, 3), px, (n, 2) float32; nan behind the camera."""
-        D = self.depth_ratio(means)
-        D = np.where(D > DEPTH_FLOOR, D, np.float32(np.nan))
+        D = np.where(self.in_front(means) > DEPTH_FLOOR, self.depth_ratio(means), np.float32(np.nan))
         rows = self.rows[:2].astype(np.float32)
         return (means @ rows[:, :3].T) / D[:, None] + rows[:, 3]
 
     def log_scale(self, means: FloatArray) -> FloatArray:
         """log2 of Eq. 1's d / f over u0, (n,) float32."""
-        D = np.maximum(self.depth_ratio(means), np.float32(DEPTH_FLOOR))
+        D = np.maximum(self.in_front(means), np.float32(DEPTH_FLOOR))
         return np.float32(self.rows[2, 3]) + np.log2(D)

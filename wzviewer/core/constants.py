@@ -14,6 +14,6 @@ COS_TILT_MIN = 0.1  # a surfel seen edge-on is stretched at most tenfold
 TRANSMITTANCE_STOP = 1e-4  # front to back only: what lies behind is invisible at 8 bits
 ZOOM_FACTOR = 8.0  # focal length of a new level, relative to its parent
 FOCAL_PX, IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX = 1024.0, 1088, 720  # the paper's first camera
-COVERAGE_FEATHER = 0.08  # of the shorter image side: where a child fades into its parent
+COVERAGE_FEATHER = 0.04  # of the shorter image side: where a child fades into its parent
 SKY_DEPTH = 36.7  # world units, where the median depth of E_0 is 1
 MAX_LEVELS = 256  # in one scene
