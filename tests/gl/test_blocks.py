@@ -2,7 +2,7 @@ import numpy as np
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
-from wzviewer.core.opacity import Cover, Modulation
+from wzviewer.core.opacity import Cover, Modulation, feather_px
 from wzviewer.gl.blocks import COVER_TEXELS, HEAD_TEXELS, BlockTexture, pack_modulation
 
 
@@ -14,14 +14,14 @@ def many_covers(count):
 
 
 def test_texels_lie_where_the_shader_reads_them():
-    _, _, modulation = many_covers(2)
+    camera, _, modulation = many_covers(2)
     texels = pack_modulation(modulation)
     assert texels.shape == (2 + 2 * COVER_TEXELS, 4)
     assert texels[1].tolist() == [2.0, 0.0, 1.0, 0.0]
     second = texels[2 + COVER_TEXELS :]
     np.testing.assert_array_equal(second[:3], modulation.covers[1].view.rows.astype(np.float32))
     np.testing.assert_array_equal(second[3], modulation.covers[1].parent_rows.astype(np.float32))
-    assert second[4].tolist() == [40.0, 30.0, np.float32(0.08 * 30), 1.0]
+    assert second[4].tolist() == [40.0, 30.0, np.float32(feather_px(camera)), 1.0]
 
 
 def test_no_cover_is_dropped(gl_context):
