@@ -74,9 +74,7 @@ def test_pixel_under_the_cursor_stays_far_off_the_axis(level: int) -> None:
     _, near = run_spring(ZoomSpring().turned(*cursor, 10.0), camera, 1 / 60, 3.0)
     # float64 holds the principal point of a picture 8^12 wide to 8e-3 px: that is the limit
     limit_px = max(1e-6, 8.0 * float(np.spacing(max(abs(near.cx), abs(near.cy)))))
-    assert (
-        np.abs(near.project(point)[:2] - before).max() < limit_px
-    )  # measured 5, 3 and 1 of its ulp
+    assert np.abs(near.project(point)[:2] - before).max() < limit_px  # measured 5, 3 and 1 of its ulp
 
 
 def test_spring_converges_and_knows_no_frame_rate() -> None:
