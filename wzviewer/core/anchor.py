@@ -87,12 +87,13 @@ class AnchoredView:
 
     def in_front(self, means: FloatArray) -> FloatArray:
         """D(u) made positive in front of the camera, also where the anchor itself lies behind it."""
-        side = np.float32(1.0 if self.depth >= 0.0 else -1.0)
-        return side * self.depth_ratio(means)
+        D = self.depth_ratio(means)
+        return D if self.depth >= 0.0 else -D
 
     def project(self, means: FloatArray) -> FloatArray:
         """Image position of local points (n, 3), px, (n, 2) float32; nan behind the camera."""
-        D = np.where(self.in_front(means) > DEPTH_FLOOR, self.depth_ratio(means), np.float32(np.nan))
+        D = self.depth_ratio(means)
+        D[self.in_front(means) <= DEPTH_FLOOR] = np.nan
         rows = self.rows[:2].astype(np.float32)
         return (means @ rows[:, :3].T) / D[:, None] + rows[:, 3]
 
