@@ -12,6 +12,7 @@ from wzviewer.core.photos import load_photo
 from wzviewer.core.scene import Level, Scene, coverage_for
 from wzviewer.core.types import ByteArray, FloatArray
 
+DETAIL_LIMIT = 30.0  # standard deviation of an image, grey levels
 CENTRE = (0.53, 0.47)  # of every zoom; off the middle, so that nothing cancels by symmetry
 
 
@@ -52,23 +53,35 @@ def _waves(height: int, width: int, amplitude_px: float) -> FloatArray:
 
 
 def consistent_chain(num_levels: int, width: int, height: int) -> Scene:
-    """A chain whose images agree: each child is the enlarged crop of its parent, on one plane."""
+    """A chain on one plane whose images agree: each child is its parent's crop, with new detail.
+
+    The detail is of mean zero in every pixel of the parent, and as strong at every level, so a zoom
+    changes as much from frame to frame everywhere.
+    """
     rng = np.random.default_rng(0)
-    noise = cv2.resize(rng.random((height // 8, width // 8, 3)).astype(np.float32), (width, height))
-    image = np.rint(np.clip(noise, 0, 1) * 255).astype(np.uint8)
+    image = 128.0 + _detail(rng, height, width)
     scene = Scene()
     camera = Camera.initial(width, height)
     flat = np.zeros((height, width), np.float32)
     for index in range(num_levels):
         parent = index - 1 if index else None
-        scene.append(grid_level(scene, parent, camera, image, flat))
+        pixels = np.rint(np.clip(image, 0, 255)).astype(np.uint8)
+        scene.append(grid_level(scene, parent, camera, pixels, flat))
         scene.commit(index)
-        image = _crop8(image)
+        image = _crop8(image) + _detail(rng, height, width)
+        image = 128.0 + (image - 128.0) * min(1.0, DETAIL_LIMIT / float(image.std()))
         camera = camera.zoomed_to_region(*CENTRE, 8.0)
     return scene
 
 
-def _crop8(image: ByteArray) -> ByteArray:
+def _detail(rng: np.random.Generator, height: int, width: int) -> FloatArray:
+    """Smooth noise whose mean over every block of 8x8 pixels is zero, (h, w, 3)."""
+    noise = cv2.GaussianBlur(rng.normal(0.0, 60.0, (height, width, 3)).astype(np.float32), (0, 0), 1.5)
+    means = noise.reshape(height // 8, 8, width // 8, 8, 3).mean(axis=(1, 3))
+    return noise - np.repeat(np.repeat(means, 8, axis=0), 8, axis=1)
+
+
+def _crop8(image: FloatArray) -> FloatArray:
     """The region of `CENTRE`, eight times closer, smooth."""
     height, width = image.shape[:2]
     # cv2 counts from pixel centres: parent = (child + .5) / 8 + corner - .5
