@@ -15,8 +15,8 @@ from wzviewer.core.types import DoubleArray
 from wzviewer.errors import InputError
 
 FPS = 24
-SECONDS_PER_LEVEL = 2.5
-HOLD_SECONDS = 0.6  # at every level, to look around
+SECONDS_PER_LEVEL = 2.0
+HOLD_SECONDS = 0.8  # at every level, to look around
 ORBIT_SECONDS = 4.0
 ORBIT_DEG = 8.0
 MAX_PATH_BYTES = 64 << 20

@@ -64,9 +64,7 @@ def _write_pictures(scene: Scene, folder: Path, progress: Progress) -> None:
         write_png(folder / "demo.png", contact_sheet(scene, renderer))
         film = _small(cameras.zoom_path(scene, len(scene) - 1))
         progress.begin(f"film of {len(film)} frames")
-        # Every second surfel, grown: at this size nobody sees it, and a software driver is twice as fast.
-        settings = RenderSettings(stride=2 if renderer.context.is_software else 1)
-        frames = film_frames(renderer, film, settings)
+        frames = film_frames(renderer, film, RenderSettings())
         write_film(folder / "demo.mp4", frames, cameras.FPS, len(film), progress)
         progress.done()
 
