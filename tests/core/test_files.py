@@ -140,7 +140,7 @@ def test_flipped_bits_never_crash(tmp_path):
             load_scene(path)
         except InputError:
             refused += 1
-    assert refused > 30  # CRC checked: measured 51 of 60, the rest hit padding or dates
+    assert refused > 50  # measured 60 of 60: nearly every byte is under a CRC or checked
 
 
 def test_unknown_fields_are_kept(tmp_path):

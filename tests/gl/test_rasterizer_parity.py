@@ -66,9 +66,9 @@ def test_worker_and_gl_agree(gl_context, scene, view, blend):
     frame = renderer.render(camera, RenderSettings(blend=blend, outputs=frozenset({"color", "coverage"})))
     image, coverage = frame.read_color()[..., :3], frame.read_coverage()
     difference = np.abs(image - worker.color)
-    assert difference.mean() < 3e-3
-    assert np.quantile(difference, 0.999) < 2e-2
-    assert np.abs(coverage - worker.coverage).mean() < 3e-3
+    assert difference.mean() < 1e-4  # measured 8.8e-6
+    assert np.quantile(difference, 0.999) < 1e-3  # measured 1.1e-4
+    assert np.abs(coverage - worker.coverage).mean() < 1e-4  # measured 7.5e-6
     renderer.release()
 
 
@@ -86,5 +86,5 @@ def test_median_depth_agrees(gl_context, scene):
     both = np.isfinite(relief) & np.isfinite(worker.relief)
     assert both.mean() > 0.95
     # The crossing of one half is a step: a few pixels may pick the neighbouring surfel.
-    assert np.mean(np.abs(relief[both] - worker.relief[both]) > 0.5) < 0.01
+    assert np.mean(np.abs(relief[both] - worker.relief[both]) > 0.5) < 0.01  # measured 0
     renderer.release()
