@@ -65,6 +65,12 @@ def test_gl_knows_neither_worker_nor_app():
         assert not outside(path, everywhere=True) & {"torch", "numba", "cv2"}, path
 
 
+def test_kernels_know_core_only():
+    for path in modules("kernels"):
+        assert all(name.startswith(("core", "kernels")) for name in inside(path)), path
+        assert outside(path, everywhere=True) <= {"numba", "numpy"} | set(sys.stdlib_module_names), path
+
+
 def test_worker_never_imports_gl_nor_app():
     for path in modules("worker"):
         assert not any(name.startswith(("gl", "app", "commands")) for name in inside(path)), path

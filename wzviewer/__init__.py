@@ -9,6 +9,7 @@
             worker (Thread 2: Algorithm 1, lines 10-32) ──►  appends E_{i+1}
 
             core: what the paper defines, in numpy; everybody imports it
+            kernels: compiled loops over surfels, for the worker and for software GL
 """
 
 __version__ = "0.1.0"

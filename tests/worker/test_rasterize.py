@@ -11,7 +11,7 @@ from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.lift import lift
 from wzviewer.core.surfels import Surfels
-from wzviewer.worker.kernels.chain import opacity_variable
+from wzviewer.kernels.chain import opacity_variable
 from wzviewer.worker.objective import SurfelObjective
 from wzviewer.worker.rasterize import LevelPart, render
 

@@ -18,8 +18,8 @@ from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
-from wzviewer.worker.kernels import backward, binning, chain, forward, loss, projection
-from wzviewer.worker.kernels.elementary import KERNELS
+from wzviewer.kernels import backward, binning, chain, forward, loss, projection
+from wzviewer.kernels.elementary import KERNELS
 from wzviewer.worker.rasterize import BLACK, VIEW_MAX, padded_shape
 
 

@@ -6,7 +6,7 @@
         LevelPart ... ──project──► joint order ──composite──► Rendering(color, relief, coverage)
 
 The formulas are those of the shaders, with the constants of :mod:`wzviewer.core.constants`; the loops
-are in :mod:`wzviewer.worker.kernels`, the gradient in :mod:`wzviewer.worker.objective`.  Results do not
+are in :mod:`wzviewer.kernels`, the gradient in :mod:`wzviewer.worker.objective`.  Results do not
 depend on the number of threads.
 """
 
@@ -20,8 +20,8 @@ from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import DoubleArray, FloatArray
-from wzviewer.worker.kernels import binning, forward, projection
-from wzviewer.worker.kernels.elementary import KERNELS
+from wzviewer.kernels import binning, forward, projection
+from wzviewer.kernels.elementary import KERNELS
 
 Blend = Literal["transmittance", "linear"]
 BLACK = (0.0, 0.0, 0.0)

@@ -18,8 +18,8 @@ from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
-from wzviewer.worker.kernels import adam
-from wzviewer.worker.kernels.elementary import KERNELS
+from wzviewer.kernels import adam
+from wzviewer.kernels.elementary import KERNELS
 from wzviewer.worker.objective import Gradients, PreparedView, SurfelObjective
 
 STEPS, COLOR_STEPS = 12, 2

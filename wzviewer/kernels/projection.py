@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from wzviewer.core.types import DoubleArray, FloatArray
-from wzviewer.worker.kernels.elementary import BLOCK, CUT, LOG2_E, LOW_PASS, ONE, SAFE_FLAGS, TWO, ZERO, log2
+from wzviewer.kernels.elementary import BLOCK, CUT, LOG2_E, LOW_PASS, ONE, SAFE_FLAGS, TWO, ZERO, log2
 
 CULLED = np.float32(-1e6)
 VIEW_SIZE = 16  # gx gy g of `AnchoredView` with their constants (12), camera z axis (3), sign of a.z

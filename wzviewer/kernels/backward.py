@@ -11,9 +11,9 @@ import numba
 import numpy as np
 
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.kernels.binning import TILE, Indices, Offsets
-from wzviewer.worker.kernels.elementary import CUT, FLAGS, HALF, MAX, ONE, STOP, ZERO, exp2
-from wzviewer.worker.kernels.forward import CHECK_EVERY, brightest, row_span
+from wzviewer.kernels.binning import TILE, Indices, Offsets
+from wzviewer.kernels.elementary import CUT, FLAGS, HALF, MAX, ONE, STOP, ZERO, exp2
+from wzviewer.kernels.forward import CHECK_EVERY, brightest, row_span
 
 BAND_ROWS = 15  # tile rows of a band at least: 120 px
 BANDS_MAX = 8

@@ -9,8 +9,8 @@ import numpy as np
 
 from wzviewer.core.constants import OPACITY_MAX, OPACITY_MIN
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.kernels.elementary import BLOCK, FLAGS, HALF, LOG2_E, ONE, TWO, ZERO, exp2
-from wzviewer.worker.kernels.projection import jacobian, tangents
+from wzviewer.kernels.elementary import BLOCK, FLAGS, HALF, LOG2_E, ONE, TWO, ZERO, exp2
+from wzviewer.kernels.projection import jacobian, tangents
 
 OPACITY_GAIN = 0.51
 _GAIN = np.float32(OPACITY_GAIN)

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from wzviewer.core.types import DoubleArray, FloatArray
-from wzviewer.worker.kernels.elementary import FLAGS, ONE, TWO, ZERO
+from wzviewer.kernels.elementary import FLAGS, ONE, TWO, ZERO
 
 L1_SHARE, SSIM_SHARE = 0.8, 0.2
 RADIUS = 5

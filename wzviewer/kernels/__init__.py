@@ -1,4 +1,4 @@
-"""The loops behind :mod:`wzviewer.worker.rasterize`, compiled by numba for the CPU at hand.
+"""Loops compiled by numba for the CPU at hand: no GL, no torch, shared by the worker and the renderer.
 
 ::
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.kernels.elementary import FLAGS, HALF, ZERO
+from wzviewer.kernels.elementary import FLAGS, HALF, ZERO
 
 TILE = 8  # px: one AVX register wide
 RUNS = 8

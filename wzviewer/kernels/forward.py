@@ -11,8 +11,8 @@ import numba
 import numpy as np
 
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.kernels.binning import TILE, Indices, Offsets, pixel_span
-from wzviewer.worker.kernels.elementary import CUT, FLAGS, HALF, MAX, ONE, STOP, ZERO, exp2, log2
+from wzviewer.kernels.binning import TILE, Indices, Offsets, pixel_span
+from wzviewer.kernels.elementary import CUT, FLAGS, HALF, MAX, ONE, STOP, ZERO, exp2, log2
 
 CHECK_EVERY = 16  # surfels between two looks whether a tile is saturated
 

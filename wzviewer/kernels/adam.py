@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.kernels.elementary import BLOCK, FLAGS, ONE
+from wzviewer.kernels.elementary import BLOCK, FLAGS, ONE
 
 BETA_1, BETA_2, EPSILON = 0.5, 0.99, 1e-15
 
