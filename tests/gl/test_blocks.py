@@ -3,7 +3,7 @@ import numpy as np
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.opacity import Cover, Modulation, feather_px
-from wzviewer.gl.blocks import COVER_TEXELS, HEAD_TEXELS, BlockTexture, pack_modulation
+from wzviewer.gl.blocks import COVER_TEXELS, HEAD_TEXELS, BlockTexture
 
 
 def many_covers(count):
@@ -15,7 +15,7 @@ def many_covers(count):
 
 def test_texels_lie_where_the_shader_reads_them():
     camera, _, modulation = many_covers(2)
-    texels = pack_modulation(modulation)
+    texels = modulation.texels()
     assert texels.shape == (2 + 2 * COVER_TEXELS, 4)
     assert texels[1].tolist() == [2.0, 0.0, 1.0, 0.0]
     second = texels[2 + COVER_TEXELS :]
@@ -35,7 +35,7 @@ def test_no_cover_is_dropped(gl_context):
         data = np.frombuffer(blocks.texture.read(), np.float32).reshape(height, width, 4)
         used = HEAD_TEXELS + count * COVER_TEXELS
         assert data[0, HEAD_TEXELS - 1, 0] == count
-        expected = pack_modulation(modulation)[2:]
+        expected = modulation.texels()[2:]
         np.testing.assert_array_equal(data[0, HEAD_TEXELS:used], expected)
         np.testing.assert_array_equal(data[0, :3], AnchoredView.expand(camera, frame).rows.astype(np.float32))
     blocks.release()

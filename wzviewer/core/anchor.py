@@ -80,6 +80,11 @@ class AnchoredView:
         )
         return cls(rows, float(a[2]), M[2])
 
+    @property
+    def side(self) -> float:
+        """+1 where the anchor lies in front of the camera, -1 behind."""
+        return 1.0 if self.depth > 0.0 else -1.0
+
     def depth_ratio(self, means: FloatArray) -> FloatArray:
         """D(u): depth relative to the anchor's, (n,) float32; see `in_front`."""
         g = self.rows[2, :3].astype(np.float32)
@@ -88,7 +93,7 @@ class AnchoredView:
     def in_front(self, means: FloatArray) -> FloatArray:
         """D(u) made positive in front of the camera, also where the anchor itself lies behind it."""
         D = self.depth_ratio(means)
-        return D if self.depth >= 0.0 else -D
+        return D if self.depth > 0.0 else -D
 
     def project(self, means: FloatArray) -> FloatArray:
         """Image position of local points (n, 3), px, (n, 2) float32; nan behind the camera."""

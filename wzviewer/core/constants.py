@@ -6,6 +6,7 @@ rasteriser and the shaders.
 
 ALPHA_CUT = 1.0 / 255.0  # below this a fragment is not drawn; tested before the Eq. 3 weight
 ALPHA_MAX = 0.99  # no surfel is fully opaque, so the transmittance stays invertible
+WEIGHT_MIN = 1e-4  # of Eq. 3: below it even alpha .99 adds less than an eighth of 1/255
 LOW_PASS_PX2 = 0.02  # added to both diagonal entries of the screen covariance
 SURFEL_SIGMA_PX = 0.55  # standard deviation of a new surfel, native pixels (the paper: 0.7)
 SURFEL_OPACITY = 0.99  # of a new surfel (the paper: 0.1, then 100 steps of Adam)

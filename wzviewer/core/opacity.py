@@ -110,6 +110,11 @@ class Cover:
         size_px = (float(camera.width), float(camera.height), feather_px(camera))
         return cls(AnchoredView.expand(camera, frame), AnchoredView.expand(parent, frame).rows[2], size_px)
 
+    def texels(self) -> FloatArray:
+        """Returns (5, 4) float32 for shaders and kernels: camera, parent, (w, h, feather, side)."""
+        size = np.array([[*self.size_px, self.view.side]])
+        return np.concatenate([self.view.rows, self.parent_rows[None], size]).astype(np.float32)
+
     def share(self, means: FloatArray, render: FloatArray) -> FloatArray:
         """M t at local points: (n, 3) and their log2 render scales (n,) -> (n,)."""
         width, height, feather = self.size_px
@@ -129,6 +134,13 @@ class Modulation:
 
     parent_rows: DoubleArray | None
     covers: tuple[Cover, ...]
+
+    def texels(self) -> FloatArray:
+        """Returns (2 + 5 covers, 4) float32: parent, (covers, has a parent, 1, 0), then the covers."""
+        parent = np.zeros(4) if self.parent_rows is None else self.parent_rows
+        counts = [len(self.covers), float(self.parent_rows is not None), 1.0, 0.0]
+        head = np.array([parent, counts], np.float32)
+        return np.concatenate([head, *(cover.texels() for cover in self.covers)])
 
 
 def scale_of_row(row: DoubleArray, means: FloatArray) -> FloatArray:

@@ -21,13 +21,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from wzviewer.core.anchor import LevelFrame
+from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import ALPHA_CUT, ALPHA_MAX, LOW_PASS_PX2
 from wzviewer.core.opacity import LOG_SPAN_MIN, feather_px
 from wzviewer.core.scene import Scene
 from wzviewer.core.surfels import Surfels
-from wzviewer.core.types import DoubleArray, IntArray
+from wzviewer.core.types import DoubleArray, FloatArray, IntArray
 
 Blend = Literal["transmittance", "linear"]
 LongArray = NDArray[Any]  # np.longdouble, which has no alias: 80 bits here, 64 elsewhere
@@ -57,6 +57,12 @@ def focus_of(camera: Camera, frames: Sequence[LevelFrame]) -> Focus:
     off = [round(abs(np.log2(camera.pixel_scale(z) / unit)), 6) for z, unit in seen]
     depth = seen[int(np.argmin(off))][0]
     return Focus(depth, camera.pixel_scale(depth))
+
+
+def depth_row(view: AnchoredView, frame: LevelFrame, focus: Focus) -> FloatArray:
+    """Returns (4,) float32 ``(k, constant)``: ``k . u + constant`` is the depth behind the focus, its px."""
+    k = frame.unit / focus.unit * view.z_axis
+    return np.array([*k, (view.depth - focus.depth) / focus.unit], np.float64).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,30 +19,10 @@ import moderngl
 import numpy as np
 
 from wzviewer.core.anchor import AnchoredView
-from wzviewer.core.opacity import Cover, Modulation
-from wzviewer.core.types import FloatArray
+from wzviewer.core.opacity import Modulation
 
 VIEW_TEXELS, HEAD_TEXELS, COVER_TEXELS = 3, 5, 5
 WIDTH_STEP = 64 * COVER_TEXELS  # texels by which the texture widens: room for 64 covers
-
-
-def side_of(view: AnchoredView) -> float:
-    """+1 where the anchor lies in front of the camera, -1 behind."""
-    return 1.0 if view.depth > 0.0 else -1.0
-
-
-def pack_cover(cover: Cover) -> FloatArray:
-    """Texels (5, 4) of a cover."""
-    size = np.array([[*cover.size_px, side_of(cover.view)]])
-    return np.concatenate([cover.view.rows, cover.parent_rows[None], size]).astype(np.float32)
-
-
-def pack_modulation(modulation: Modulation) -> FloatArray:
-    """Texels 3 and up of a level, (2 + 5 covers, 4); the side of texel 4 is set with the view."""
-    parent = np.zeros(4) if modulation.parent_rows is None else modulation.parent_rows
-    counts = [len(modulation.covers), float(modulation.parent_rows is not None), 1.0, 0.0]
-    texels = [np.array([parent, counts], np.float32)]
-    return np.concatenate(texels + [pack_cover(cover) for cover in modulation.covers])
 
 
 class BlockTexture:
@@ -64,7 +44,7 @@ class BlockTexture:
 
     def set_modulations(self, modulations: Mapping[int, Modulation]) -> None:
         """Replaces the rows of parents and covers, by slot."""
-        packed = {slot: pack_modulation(m) for slot, m in modulations.items()}
+        packed = {slot: m.texels() for slot, m in modulations.items()}
         widest = max((len(texels) for texels in packed.values()), default=2) - 2
         width = HEAD_TEXELS + max(-(-widest // WIDTH_STEP), 1) * WIDTH_STEP
         height = max(packed, default=0) + 1
@@ -81,7 +61,7 @@ class BlockTexture:
             return
         for slot, view in views.items():
             self._texels[slot, :VIEW_TEXELS] = view.rows
-            self._texels[slot, HEAD_TEXELS - 1, 2] = side_of(view)
+            self._texels[slot, HEAD_TEXELS - 1, 2] = view.side
         head = np.ascontiguousarray(self._texels[:, :HEAD_TEXELS])
         self.texture.write(head.tobytes(), viewport=(0, 0, HEAD_TEXELS, len(head)))
 

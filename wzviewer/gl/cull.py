@@ -15,7 +15,6 @@ from wzviewer.core.constants import ALPHA_CUT, LOW_PASS_PX2
 from wzviewer.core.opacity import Cover, Modulation
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
-from wzviewer.gl.blocks import side_of
 
 EXTENT_SIGMAS = float(np.sqrt(2.0 * np.log(1.0 / ALPHA_CUT)))  # of the most opaque surfel
 MARGIN_PX = 1.0  # rounding of float32 at the border
@@ -66,7 +65,7 @@ def depths(view_row: DoubleArray, corners: DoubleArray) -> DoubleArray:
 
 def chunk_radii_px(bounds: ChunkBounds, view: AnchoredView) -> DoubleArray:
     """Upper bound of the footprint radius in each chunk, px, (c,); inf where one reaches the camera."""
-    side = side_of(view)
+    side = view.side
     D: DoubleArray = side * depths(view.rows[2], bounds.corners)
     nearest = np.maximum(D.min(1), DEPTH_FLOOR)
     g = np.linalg.norm(view.rows[2, :3])
@@ -80,7 +79,7 @@ def chunk_radii_px(bounds: ChunkBounds, view: AnchoredView) -> DoubleArray:
 
 def in_frustum(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]) -> BoolArray:
     """Whether a chunk may touch the image, (c,)."""
-    side = side_of(view)
+    side = view.side
     D = depths(view.rows[2], bounds.corners)
     back: BoolArray = np.less_equal(side * D, DEPTH_FLOOR)
     behind, crossing = every(back), ~every(~back)

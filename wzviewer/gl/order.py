@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
-from wzviewer.core.reference import DEPTH_QUANTUM, Focus
+from wzviewer.core.reference import DEPTH_QUANTUM, Focus, depth_row
 from wzviewer.core.types import FloatArray
 
 UIntArray = NDArray[np.uint32]
@@ -58,12 +58,11 @@ def relative_depths(columns: FloatArray, view: AnchoredView, frame: LevelFrame, 
         frame: the level's frame.
         focus: of the rendered view.
     """
-    constant = np.float32((view.depth - focus.depth) / focus.unit)
-    k = (frame.unit / focus.unit * view.z_axis).astype(np.float32)
-    depth = k[0] * columns[0]
-    depth += k[1] * columns[1]
-    depth += k[2] * columns[2]
-    depth += constant
+    row = depth_row(view, frame, focus)
+    depth = row[0] * columns[0]
+    depth += row[1] * columns[1]
+    depth += row[2] * columns[2]
+    depth += row[3]
     depth *= np.float32(1.0 / DEPTH_QUANTUM)
     np.rint(depth, out=depth)
     depth += np.float32(0.0)  # -0 would sort below +0

@@ -20,6 +20,7 @@ Define = bool | int | float
 
 INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 STAGES = ("vertex_shader", "geometry_shader", "fragment_shader")
+DRAWING, COMPUTING = "330 core", "430 core"  # versions of the language
 # "0:12(5): error: ..." (Mesa), "0(12) : error ..." (NVIDIA), "ERROR: 0:12: ..." (others)
 POSITIONS = (
     re.compile(r"^(\d+):(\d+)\(\d+\): "),
@@ -47,13 +48,16 @@ class ShaderSource:
 
 def shared_constants() -> dict[str, Define]:
     """The macros that every shader sees."""
-    names = ("ALPHA_CUT", "ALPHA_MAX", "LOW_PASS_PX2")
+    names = ("ALPHA_CUT", "ALPHA_MAX", "LOW_PASS_PX2", "WEIGHT_MIN")
     shared: dict[str, Define] = {name: float(getattr(constants, name)) for name in names}
     return shared | {"DEPTH_FLOOR": anchor.DEPTH_FLOOR, "LOG_SPAN_MIN": opacity.LOG_SPAN_MIN}
 
 
 def load_source(
-    name: str, defines: Mapping[str, Define] | None = None, root: Traversable | None = None
+    name: str,
+    defines: Mapping[str, Define] | None = None,
+    root: Traversable | None = None,
+    version: str = DRAWING,
 ) -> ShaderSource:
     """Reads a shader file and resolves its includes.
 
@@ -61,11 +65,12 @@ def load_source(
         name: file in the shaders folder.
         defines: further macros; True is a bare ``#define``, False is left out.
         root: folder instead of the package's own.
+        version: of the language.
     """
     folder = files("wzviewer").joinpath("shaders") if root is None else root
     source = ShaderSource("", [])
     macros = shared_constants() | dict(defines or {})
-    head = ["#version 330 core", *(_macro(k, v) for k, v in macros.items() if v is not False)]
+    head = [f"#version {version}", *(_macro(k, v) for k, v in macros.items() if v is not False)]
     return ShaderSource("\n".join(head + _expand(folder, name, source.files)) + "\n", source.files)
 
 
@@ -125,11 +130,35 @@ def load_program(
         raise _rewritten(str(error), sources) from None
 
 
+def load_compute(
+    ctx: moderngl.Context,
+    name: str,
+    defines: Mapping[str, Define] | None = None,
+    root: Traversable | None = None,
+) -> moderngl.ComputeShader:
+    """Compiles a compute shader (OpenGL 4.3) from a file.
+
+    Args:
+        ctx: `moderngl.Context` of version 4.3 or more.
+        name: file in the shaders folder.
+        defines: macros beside `shared_constants`.
+        root: folder instead of the package's own.
+
+    Raises:
+        ShaderError: with the driver's messages as ``file:line: text``.
+    """
+    source = load_source(name, defines, root, COMPUTING)
+    try:
+        return ctx.compute_shader(source.text)
+    except moderngl.Error as error:
+        raise _rewritten(str(error), {"compute_shader": source}) from None
+
+
 def _rewritten(message: str, sources: Mapping[str, ShaderSource]) -> ShaderError:
     stage = next((s for s in sources if s in message), "")
     table = sources[stage].files if stage else [f for s in sources.values() for f in s.files]
     lines = [_place(line.strip(), table) for line in message.splitlines()]
-    told = [line for line in lines if line and not line.startswith("=") and line not in STAGES]
+    told = [line for line in lines if line and not line.startswith("=") and line not in (*STAGES, "compute_shader")]
     # Drivers sometimes name the wrong source index, so the files are listed too.
     return ShaderError("shader", "; ".join(told), f"Files: {', '.join(table)}")
 

@@ -1,61 +1,99 @@
 """Front-to-back order, and lists of surfels per 8x8 tile that keep it.
 
 The order is cut into eight runs; each counts and later writes its own share of every tile's list, so
-no two threads touch the same element and the lists do not depend on the number of threads.
+no two threads touch the same element and the lists do not depend on the number of threads.  Both walks
+read one word a surfel, the span of tiles that it touches, which is computed first and brought into
+depth order once: reading the projected rows at random, twice, took most of the time (62 ms for 783 k
+surfels on two cores; now 24).
 """
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from wzviewer.core.reference import DEPTH_QUANTUM
 from wzviewer.core.types import FloatArray
-from wzviewer.kernels.elementary import FLAGS, HALF, ZERO
+from wzviewer.kernels.elementary import BLOCK, FLAGS, HALF, ZERO
 
 TILE = 8  # px: one AVX register wide
 RUNS = 8
+STEPS = np.float32(1.0 / DEPTH_QUANTUM)
+NOWHERE = np.uint64(0xFFFFFFFFFFFFFFFF)  # the span of a surfel that touches no tile
+SIXTEEN_BITS = np.uint64(0xFFFF)
 
 Keys = NDArray[np.uint64]
 Indices = NDArray[np.uint32]
+Spans = NDArray[np.uint64]  # first and last tile column, first and last tile row: 16 bits each
 Offsets = NDArray[np.int64]
 
 
-def front_to_back(projected: FloatArray, depths: FloatArray, offset: float, gain: float) -> Indices:
+def front_to_back(projected: FloatArray, means: FloatArray, depth_row: FloatArray) -> Indices:
     """Returns the visible surfels of one part, nearest first, ties by index; (m,) uint32."""
     keys = np.empty(len(projected), np.uint64)
-    count = depth_keys(projected, depths, offset, gain, 0, keys)
-    return sorted_indices(keys[:count])
+    return sorted_indices(keys[: depth_keys(projected, means, depth_row, 0, keys)])
 
 
 def sorted_indices(keys: Keys) -> Indices:
     """Sorts packed keys in place and returns their indices, (m,) uint32."""
     keys.sort()
-    return (keys & np.uint64(0xFFFFFFFF)).astype(np.uint32)
+    return keys.astype(np.uint32)  # the lower half
 
 
-@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
 def depth_keys(
-    projected: FloatArray, depths: FloatArray, offset: float, gain: float, first: int, keys: Keys
+    projected: FloatArray, means: FloatArray, depth_row: FloatArray, first: int, keys: Keys
 ) -> int:
-    """Packs (float32(offset + gain depth), first + index) of the visible surfels; returns how many.
+    """Packs (depth in steps, first + index) of the visible surfels; returns how many.
 
     Args:
         projected: (n, 8) from `projection.project`.
-        depths: (n,) depth from the anchor, the part's own unit.
-        offset: depth of the anchor from the common focus, float64.
-        gain: the part's unit in the common unit, float64.
+        means: (n, 3) local positions.
+        depth_row: (4,) float32 from `core.reference.depth_row`.
         first: index of the part's first surfel.
         keys: (>= n,) uint64, written from the start.
     """
-    count = 0
-    for i in range(projected.shape[0]):
-        if projected[i, 6] >= ZERO:
-            bits = np.float32(offset + gain * np.float64(depths[i])).view(np.int32)
-            # flip negatives whole and positives by sign: unsigned order is then float order
-            flip = np.int32(bits >> np.int32(31)) | np.int32(-2147483648)
-            high = np.uint64(np.uint32(bits ^ flip))
-            keys[count] = (high << np.uint64(32)) | np.uint64(first + i)
-            count += 1
-    return count
+    starts = np.zeros(-(-len(projected) // BLOCK) + 1, np.int64)
+    _count_visible(projected, starts[1:])
+    np.cumsum(starts, out=starts)
+    _write_keys(projected, means, depth_row, first, starts, keys)
+    return int(starts[-1])
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
+def _count_visible(projected: FloatArray, counts: Offsets) -> None:
+    for block in numba.prange(counts.size):
+        count = 0
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, projected.shape[0])):
+            count += projected[i, 6] >= ZERO
+        counts[block] = count
+
+
+@numba.njit
+def depth_bits(means: FloatArray, depth_row: FloatArray, i: int) -> np.uint64:
+    """Bits that sort as the depth of a surfel in steps does.
+
+    Without fast-math: the same roundings as `gl.order.relative_depths`, so both orders are equal.
+    """
+    depth = depth_row[0] * means[i, 0]
+    depth += depth_row[1] * means[i, 1]
+    depth += depth_row[2] * means[i, 2]
+    depth += depth_row[3]
+    steps = np.float32(np.rint(depth * STEPS) + ZERO)  # -0 would sort below +0
+    bits = steps.view(np.int32)
+    # flip negatives whole and positives by sign: unsigned order is then float order
+    flip = np.int32(bits >> np.int32(31)) | np.int32(-2147483648)
+    return np.uint64(np.uint32(bits ^ flip))
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
+def _write_keys(
+    projected: FloatArray, means: FloatArray, depth_row: FloatArray, first: int, starts: Offsets, keys: Keys
+) -> None:
+    for block in numba.prange(starts.size - 1):
+        at = starts[block]
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, projected.shape[0])):
+            if projected[i, 6] >= ZERO:
+                keys[at] = depth_bits(means, depth_row, i) << np.uint64(32) | np.uint64(first + i)
+                at += 1
 
 
 @numba.njit(fastmath=FLAGS)
@@ -68,23 +106,50 @@ def pixel_span(centre: np.float32, half: np.float32, size: int) -> tuple[np.int6
 
 
 @numba.njit(cache=True, nogil=True, parallel=True, fastmath=FLAGS)
-def _count(
-    projected: FloatArray, order: Indices, width: int, height: int, columns: int, counts: Offsets
-) -> None:
-    for run in numba.prange(RUNS):
-        counts[run, :] = 0
-        for at in range(run * order.size // RUNS, (run + 1) * order.size // RUNS):
-            i = order[at]
+def _tile_spans(projected: FloatArray, width: int, height: int, spans: Spans) -> None:
+    for block in numba.prange((projected.shape[0] + BLOCK - 1) // BLOCK):
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, projected.shape[0])):
+            spans[i] = NOWHERE
             if projected[i, 6] >= ZERO:
                 x0, x1 = pixel_span(projected[i, 0], projected[i, 6], width)
                 y0, y1 = pixel_span(projected[i, 1], projected[i, 7], height)
                 if x1 >= x0 and y1 >= y0:
-                    for ty in range(y0 // TILE, y1 // TILE + 1):
-                        for tx in range(x0 // TILE, x1 // TILE + 1):
-                            counts[run, ty * columns + tx] += 1
+                    columns = np.uint64(x0 // TILE) | np.uint64(x1 // TILE) << np.uint64(16)
+                    rows = np.uint64(y0 // TILE) | np.uint64(y1 // TILE) << np.uint64(16)
+                    spans[i] = columns | rows << np.uint64(32)
 
 
-@numba.njit(cache=True, nogil=True, fastmath=FLAGS)
+@numba.njit(cache=True, nogil=True, parallel=True)
+def _in_order(spans: Spans, order: Indices, ordered: Spans) -> None:
+    for block in numba.prange((order.size + BLOCK - 1) // BLOCK):
+        for at in range(block * BLOCK, min((block + 1) * BLOCK, order.size)):
+            ordered[at] = spans[order[at]]
+
+
+@numba.njit
+def unpack_span(span: np.uint64) -> tuple[np.int64, np.int64, np.int64, np.int64]:
+    """Returns first and last tile column, first and last tile row."""
+    return (
+        np.int64(span & SIXTEEN_BITS),
+        np.int64(span >> np.uint64(16) & SIXTEEN_BITS),
+        np.int64(span >> np.uint64(32) & SIXTEEN_BITS),
+        np.int64(span >> np.uint64(48)),
+    )
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
+def _count(ordered: Spans, columns: int, counts: Offsets) -> None:
+    for run in numba.prange(RUNS):
+        counts[run, :] = 0
+        for at in range(run * ordered.size // RUNS, (run + 1) * ordered.size // RUNS):
+            if ordered[at] != NOWHERE:
+                x0, x1, y0, y1 = unpack_span(ordered[at])
+                for y in range(y0, y1 + 1):
+                    for x in range(x0, x1 + 1):
+                        counts[run, y * columns + x] += 1
+
+
+@numba.njit(cache=True, nogil=True)
 def _to_offsets(counts: Offsets, starts: Offsets) -> None:
     total = 0
     for tile in range(counts.shape[1]):
@@ -96,27 +161,17 @@ def _to_offsets(counts: Offsets, starts: Offsets) -> None:
     starts[counts.shape[1]] = total
 
 
-@numba.njit(cache=True, nogil=True, parallel=True, fastmath=FLAGS)
-def _fill(
-    projected: FloatArray,
-    order: Indices,
-    width: int,
-    height: int,
-    columns: int,
-    counts: Offsets,
-    members: Indices,
-) -> None:
+@numba.njit(cache=True, nogil=True, parallel=True)
+def _fill(ordered: Spans, order: Indices, columns: int, cursors: Offsets, members: Indices) -> None:
     for run in numba.prange(RUNS):
-        for at in range(run * order.size // RUNS, (run + 1) * order.size // RUNS):
-            i = order[at]
-            if projected[i, 6] >= ZERO:
-                x0, x1 = pixel_span(projected[i, 0], projected[i, 6], width)
-                y0, y1 = pixel_span(projected[i, 1], projected[i, 7], height)
-                if x1 >= x0 and y1 >= y0:
-                    for ty in range(y0 // TILE, y1 // TILE + 1):
-                        for tx in range(x0 // TILE, x1 // TILE + 1):
-                            members[counts[run, ty * columns + tx]] = i
-                            counts[run, ty * columns + tx] += 1
+        for at in range(run * ordered.size // RUNS, (run + 1) * ordered.size // RUNS):
+            if ordered[at] != NOWHERE:
+                x0, x1, y0, y1 = unpack_span(ordered[at])
+                for y in range(y0, y1 + 1):
+                    for x in range(x0, x1 + 1):
+                        cursor = cursors[run, y * columns + x]
+                        members[cursor] = order[at]
+                        cursors[run, y * columns + x] = cursor + 1
 
 
 def bin_tiles(projected: FloatArray, order: Indices, width: int, height: int) -> tuple[Offsets, Indices]:
@@ -125,17 +180,19 @@ def bin_tiles(projected: FloatArray, order: Indices, width: int, height: int) ->
     Args:
         projected: (n, 8) from `projection.project`.
         order: (m,) uint32, front to back.
-        width: image width, px.
-        height: image height, px.
+        width: image width, px, at most 8 * 65535.
+        height: image height, px, at most 8 * 65535.
 
     Returns:
         starts (tiles + 1,) int64, tiles row-major, and members (pairs,) uint32.
     """
     columns, rows = -(-width // TILE), -(-height // TILE)
-    counts = np.empty((RUNS, columns * rows), np.int64)
-    starts = np.empty(columns * rows + 1, np.int64)
-    _count(projected, order, width, height, columns, counts)
+    spans, ordered = np.empty(len(projected), np.uint64), np.empty(len(order), np.uint64)
+    _tile_spans(projected, width, height, spans)
+    _in_order(spans, order, ordered)
+    counts, starts = np.empty((RUNS, columns * rows), np.int64), np.empty(columns * rows + 1, np.int64)
+    _count(ordered, columns, counts)
     _to_offsets(counts, starts)
     members = np.empty(int(starts[-1]), np.uint32)
-    _fill(projected, order, width, height, columns, counts, members)
+    _fill(ordered, order, columns, counts, members)
     return starts, members

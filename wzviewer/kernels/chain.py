@@ -85,7 +85,7 @@ def chain(
         quats: (n, 4) wxyz, any length.
         scales: (n, 2), activated.
         x: (n,) opacity variable.
-        view: (16,) from `projection.view_vector`.
+        view: (13,) from `projection.view_vector`.
         projected: (n, 8) from `projection.project` of the same parameters.
         conic_gradients: (2, n, 4) from `backward.accumulate`.
         d_quats: (n, 4) float32, written.

@@ -1,4 +1,4 @@
-"""Compositing front to back: colour, transmittance and median depth.
+"""Compositing front to back: colour, transmittance and the median surfel.
 
 Alpha of a fragment is ``min(o G, 0.99)``, nothing below 1/255; then the Eq. 3 weight w makes it
 ``1 - (1 - alpha)^w`` or ``alpha w``; then the pixel blends, as long as its transmittance is >= 1e-4.
@@ -9,11 +9,14 @@ vectorising the row of eight pixels (measured four times slower).
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from wzviewer.core.types import FloatArray
 from wzviewer.kernels.binning import TILE, Indices, Offsets, pixel_span
 from wzviewer.kernels.elementary import CUT, FLAGS, HALF, MAX, ONE, STOP, ZERO, exp2, log2
 
+Medians = NDArray[np.int32]
+NONE = np.int32(-1)
 CHECK_EVERY = 16  # surfels between two looks whether a tile is saturated
 
 
@@ -38,6 +41,8 @@ def row_span(projected: FloatArray, i: int, y0: int) -> tuple[np.int64, np.int64
 def composite(
     projected: FloatArray,
     colors: FloatArray,
+    weights: FloatArray,
+    linear: bool,
     starts: Offsets,
     members: Indices,
     background: FloatArray,
@@ -51,6 +56,8 @@ def composite(
     Args:
         projected: (n, 8) from `projection.project`.
         colors: (n, 3).
+        weights: (n,) Eq. 3 weights.
+        linear: Eq. 2 as printed instead of the power law.
         starts: (tiles + 1,) from `binning.bin_tiles`.
         members: (pairs,) from `binning.bin_tiles`.
         background: (3,).
@@ -77,19 +84,35 @@ def composite(
                 r, g, bl = colors[i, 0], colors[i, 1], colors[i, 2]
                 left = np.float32(x0) + HALF - projected[i, 0]
                 first, last = row_span(projected, i, y0)
-                for y in range(first, last):
-                    dy = np.float32(y) + HALF - projected[i, 1]
-                    flat, slope = -c * dy * dy, -b * dy
-                    for k in range(TILE):
-                        dx = left + np.float32(k)
-                        alpha = min(o * exp2(min(flat + (slope - a * dx) * dx, ZERO)), MAX)
-                        t = through[y, x0 + k]
-                        alpha = alpha if (alpha >= CUT) & (t >= STOP) else ZERO
-                        w = t * alpha
-                        red[y, x0 + k] += w * r
-                        green[y, x0 + k] += w * g
-                        blue[y, x0 + k] += w * bl
-                        through[y, x0 + k] = t - w
+                if linear or weights[i] == ONE:
+                    times = weights[i]
+                    for y in range(first, last):
+                        dy = np.float32(y) + HALF - projected[i, 1]
+                        flat, slope = -c * dy * dy, -b * dy
+                        for k in range(TILE):
+                            dx = left + np.float32(k)
+                            alpha = min(o * exp2(min(flat + (slope - a * dx) * dx, ZERO)), MAX)
+                            t = through[y, x0 + k]
+                            w = t * times * (alpha if (alpha >= CUT) & (t >= STOP) else ZERO)
+                            red[y, x0 + k] += w * r
+                            green[y, x0 + k] += w * g
+                            blue[y, x0 + k] += w * bl
+                            through[y, x0 + k] = t - w
+                else:
+                    power = weights[i]
+                    for y in range(first, last):
+                        dy = np.float32(y) + HALF - projected[i, 1]
+                        flat, slope = -c * dy * dy, -b * dy
+                        for k in range(TILE):
+                            dx = left + np.float32(k)
+                            alpha = min(o * exp2(min(flat + (slope - a * dx) * dx, ZERO)), MAX)
+                            t = through[y, x0 + k]
+                            faded = ONE - exp2(power * log2(ONE - alpha))
+                            w = t * (faded if (alpha >= CUT) & (t >= STOP) else ZERO)
+                            red[y, x0 + k] += w * r
+                            green[y, x0 + k] += w * g
+                            blue[y, x0 + k] += w * bl
+                            through[y, x0 + k] = t - w
         for y in range(y0, y0 + TILE):
             for x in range(red.shape[1]):
                 red[y, x] += through[y, x] * background[0]
@@ -98,89 +121,30 @@ def composite(
 
 
 @numba.njit(cache=True, nogil=True, parallel=True, fastmath=FLAGS)
-def composite_weighted(
+def median_index(
     projected: FloatArray,
-    colors: FloatArray,
     weights: FloatArray,
     linear: bool,
     starts: Offsets,
     members: Indices,
-    background: FloatArray,
-    red: FloatArray,
-    green: FloatArray,
-    blue: FloatArray,
+    index: Medians,
     through: FloatArray,
 ) -> None:
-    """As `composite`, with an Eq. 3 weight (n,) for each surfel; ``linear`` is Eq. 2 as printed."""
-    columns = red.shape[1] // TILE
-    for tile_row in numba.prange(red.shape[0] // TILE):
-        y0 = tile_row * TILE
-        red[y0 : y0 + TILE] = ZERO
-        green[y0 : y0 + TILE] = ZERO
-        blue[y0 : y0 + TILE] = ZERO
-        through[y0 : y0 + TILE] = ONE
-        for column in range(columns):
-            x0, tile = column * TILE, tile_row * columns + column
-            start = starts[tile]
-            for at in range(start, starts[tile + 1]):
-                if (at - start) % CHECK_EVERY == CHECK_EVERY - 1 and brightest(through, y0, x0) < STOP:
-                    break
-                i = members[at]
-                a, b, c, o = projected[i, 2], projected[i, 3], projected[i, 4], projected[i, 5]
-                r, g, bl = colors[i, 0], colors[i, 1], colors[i, 2]
-                left = np.float32(x0) + HALF - projected[i, 0]
-                # both laws as one: alpha (times weight) or its power, chosen per surfel
-                times = weights[i] if linear else ONE
-                power = ONE if linear else weights[i]
-                first, last = row_span(projected, i, y0)
-                for y in range(first, last):
-                    dy = np.float32(y) + HALF - projected[i, 1]
-                    flat, slope = -c * dy * dy, -b * dy
-                    for k in range(TILE):
-                        dx = left + np.float32(k)
-                        alpha = min(o * exp2(min(flat + (slope - a * dx) * dx, ZERO)), MAX)
-                        t = through[y, x0 + k]
-                        faded = ONE - exp2(power * log2(ONE - alpha))
-                        faded = alpha if power == ONE else faded
-                        w = t * times * (faded if (alpha >= CUT) & (t >= STOP) else ZERO)
-                        red[y, x0 + k] += w * r
-                        green[y, x0 + k] += w * g
-                        blue[y, x0 + k] += w * bl
-                        through[y, x0 + k] = t - w
-        for y in range(y0, y0 + TILE):
-            for x in range(red.shape[1]):
-                red[y, x] += through[y, x] * background[0]
-                green[y, x] += through[y, x] * background[1]
-                blue[y, x] += through[y, x] * background[2]
-
-
-@numba.njit(cache=True, nogil=True, parallel=True, fastmath=FLAGS)
-def median_relief(
-    projected: FloatArray,
-    reliefs: FloatArray,
-    weights: FloatArray,
-    linear: bool,
-    starts: Offsets,
-    members: Indices,
-    relief: FloatArray,
-    through: FloatArray,
-) -> None:
-    """Writes the depth of the surfel at which the transmittance crosses 0.5.
+    """Writes the surfel at which the transmittance crosses 0.5.
 
     Args:
         projected: (n, 8) from `projection.project`.
-        reliefs: (n,) depth of each surfel, in the unit of the result.
         weights: (n,) Eq. 3 weights.
         linear: Eq. 2 as printed instead of the power law.
         starts: (tiles + 1,) from `binning.bin_tiles`.
         members: (pairs,) from `binning.bin_tiles`.
-        relief: (H, W) written where ``through`` ends at or below 0.5, else 0.
+        index: (H, W) int32, written: row of ``projected``, -1 where ``through`` ends above 0.5.
         through: (H, W) written: transmittance, only as far as 0.5 is crossed.
     """
-    columns = relief.shape[1] // TILE
-    for tile_row in numba.prange(relief.shape[0] // TILE):
+    columns = index.shape[1] // TILE
+    for tile_row in numba.prange(index.shape[0] // TILE):
         y0 = tile_row * TILE
-        relief[y0 : y0 + TILE] = ZERO
+        index[y0 : y0 + TILE] = NONE
         through[y0 : y0 + TILE] = ONE
         for column in range(columns):
             x0, tile = column * TILE, tile_row * columns + column
@@ -189,8 +153,9 @@ def median_relief(
                 if (at - start) % CHECK_EVERY == CHECK_EVERY - 1 and brightest(through, y0, x0) <= HALF:
                     break
                 i = members[at]
+                here = np.int32(i)
                 a, b, c, o = projected[i, 2], projected[i, 3], projected[i, 4], projected[i, 5]
-                depth, left = reliefs[i], np.float32(x0) + HALF - projected[i, 0]
+                left = np.float32(x0) + HALF - projected[i, 0]
                 times = weights[i] if linear else ONE
                 power = ONE if linear else weights[i]
                 first, last = row_span(projected, i, y0)
@@ -205,5 +170,5 @@ def median_relief(
                         faded = alpha if power == ONE else faded
                         after = t - t * times * (faded if alpha >= CUT else ZERO)
                         crosses = (t > HALF) & (after <= HALF)
-                        relief[y, x0 + k] = depth if crosses else relief[y, x0 + k]
+                        index[y, x0 + k] = here if crosses else index[y, x0 + k]
                         through[y, x0 + k] = after

@@ -13,11 +13,12 @@ with U = W [s1 t1, s2 t2], t1 and t2 the first columns of R(q), and W = d p_px /
 import numba
 import numpy as np
 
-from wzviewer.core.types import DoubleArray, FloatArray
+from wzviewer.core.anchor import AnchoredView
+from wzviewer.core.types import FloatArray
 from wzviewer.kernels.elementary import BLOCK, CUT, LOG2_E, LOW_PASS, ONE, SAFE_FLAGS, TWO, ZERO, log2
 
 CULLED = np.float32(-1e6)
-VIEW_SIZE = 16  # gx gy g of `AnchoredView` with their constants (12), camera z axis (3), sign of a.z
+VIEW_SIZE = 13  # gx gy g of `AnchoredView` with their constants (12), sign of a.z
 
 _DEPTH_FLOOR = np.float32(1e-6)  # of D(u), as in `AnchoredView`
 _FOOTPRINT_MAX = np.float32(1e9)  # px; its square still fits float32
@@ -27,19 +28,12 @@ _TWO_LN_2 = np.float32(2.0 * np.log(2.0))
 _HALF_LOG2_E = np.float32(0.5) * LOG2_E
 
 
-def view_vector(rows: DoubleArray, z_axis: DoubleArray, depth: float) -> FloatArray:
-    """Packs an `AnchoredView` into (16,) float32 for the kernels.
-
-    Args:
-        rows: (3, 4) float64, ``AnchoredView.rows``.
-        z_axis: (3,) float64.
-        depth: of the anchor; only its sign is used.
-    """
-    view = np.empty(VIEW_SIZE, np.float32)
-    view[:12] = rows.ravel()
-    view[12:15] = z_axis
-    view[15] = np.copysign(1.0, depth)
-    return view
+def view_vector(view: AnchoredView) -> FloatArray:
+    """Packs a view into (13,) float32 for the kernels."""
+    packed = np.empty(VIEW_SIZE, np.float32)
+    packed[:12] = view.rows.ravel()
+    packed[12] = np.copysign(1.0, view.depth)
+    return packed
 
 
 @numba.njit(fastmath=SAFE_FLAGS)
@@ -62,7 +56,7 @@ def jacobian(means: FloatArray, view: FloatArray, i: int) -> tuple[np.float32, .
     """Returns the centre (x, y), D with the sign of the depth, and W = d p_px / d u row by row."""
     u0, u1, u2 = means[i, 0], means[i, 1], means[i, 2]
     D = ONE + view[8] * u0 + view[9] * u1 + view[10] * u2
-    front = D * view[15]
+    front = D * view[12]
     k = ONE / (D if front > _DEPTH_FLOOR else ONE)
     x = k * (view[0] * u0 + view[1] * u1 + view[2] * u2)
     y = k * (view[4] * u0 + view[5] * u1 + view[6] * u2)
@@ -90,21 +84,19 @@ def project(
     height: int,
     half_height_max: float,
     projected: FloatArray,
-    depths: FloatArray,
 ) -> None:
-    """Fills ``projected`` (n, 8) and ``depths`` (n,): camera z from the anchor, native pixels.
+    """Fills ``projected`` (n, 8).
 
     Args:
         means: (n, 3) local positions.
         quats: (n, 4) wxyz, any length.
         scales: (n, 2) local units.
         opacities: (n,).
-        view: (16,) from `view_vector`.
+        view: (13,) from `view_vector`.
         width: image width, px.
         height: image height, px.
         half_height_max: limit of the half extent in y, px.
         projected: (n, 8) float32, written; see the module docstring.
-        depths: (n,) float32, written.
     """
     w_px, h_px, reach_max = np.float32(width), np.float32(height), np.float32(half_height_max)
     n = means.shape[0]
@@ -137,4 +129,3 @@ def project(
             projected[i, 5] = o if seen else ZERO
             projected[i, 6] = hx if seen else CULLED
             projected[i, 7] = hy if seen else CULLED
-            depths[i] = view[12] * means[i, 0] + view[13] * means[i, 1] + view[14] * means[i, 2]

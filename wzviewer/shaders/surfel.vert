@@ -31,8 +31,6 @@ out Footprint {
 #endif
 };
 
-const float WEIGHT_MIN = 1e-4;  // below it even alpha .99 adds less than an eighth of 1/255
-
 void cull() {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     gl_PointSize = 1.0;

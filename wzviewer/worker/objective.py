@@ -16,11 +16,13 @@ import numpy as np
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
+from wzviewer.core.reference import depth_row, focus_of
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.kernels import backward, binning, chain, forward, loss, projection
 from wzviewer.kernels.elementary import KERNELS
-from wzviewer.worker.rasterize import BLACK, VIEW_MAX, padded_shape
+from wzviewer.kernels.splatting import VIEW_MAX
+from wzviewer.worker.rasterize import BLACK, padded_shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +31,7 @@ class PreparedView:
 
     Attributes:
         camera: the view.
-        packed: (16,) view vector of the level's frame.
+        packed: (13,) view vector of the level's frame.
         order: (m,) uint32 surfels that may be seen, front to back.
         target: (3, H, W), padded to whole tiles.
         mask: (H, W) 1 where the target is known.
@@ -60,7 +62,7 @@ class _Workspace:
     """Arrays that every step reuses; planes by padded image size."""
 
     rows: FloatArray
-    depths: FloatArray
+    weights: FloatArray
     scales: FloatArray
     opacities: FloatArray
     conic_gradients: FloatArray
@@ -70,8 +72,9 @@ class _Workspace:
     def of_size(cls, n: int) -> "_Workspace":
         """Returns a workspace for n surfels."""
         shapes: tuple[tuple[int, ...], ...] = ((n, 8), (n,), (n, 2), (n,), (2, n, 4))
-        rows, depths, scales, opacities, conics = (np.zeros(s, np.float32) for s in shapes)
-        return cls(rows, depths, scales, opacities, conics)
+        rows, weights, scales, opacities, conics = (np.zeros(s, np.float32) for s in shapes)
+        weights[:] = 1.0
+        return cls(rows, weights, scales, opacities, conics)
 
     def planes_of(self, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """Returns (2, 3, H, W): image and gradient, and (2, H, W): S and T, for one image size."""
@@ -140,11 +143,11 @@ class SurfelObjective:
         mean, variance = np.zeros_like(aim), np.zeros_like(aim)
         mean[:, *inside], variance[:, *inside] = self._statistics(aim[:, *inside])
         view = AnchoredView.expand(camera, self.frame)
-        packed = projection.view_vector(view.rows, view.z_axis, view.depth)
+        packed = projection.view_vector(view)
         if not np.all(np.abs(packed) < VIEW_MAX):
             raise ValueError("the camera lies in the plane of the level's anchor")
         with KERNELS:
-            order = self._order(packed, camera)
+            order = self._order(packed, camera, depth_row(view, self.frame, focus_of(camera, [self.frame])))
         return PreparedView(camera, packed, order, aim, known, mean, variance)
 
     def _statistics(self, target: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -155,14 +158,14 @@ class SurfelObjective:
     def _blurred(self, plane: FloatArray) -> FloatArray:
         return cv2.sepFilter2D(plane, -1, self._window, self._window, borderType=cv2.BORDER_CONSTANT)
 
-    def _order(self, packed: FloatArray, camera: Camera) -> binning.Indices:
+    def _order(self, packed: FloatArray, camera: Camera, depth_row: FloatArray) -> binning.Indices:
         """Sorts the surfels in front of the camera that touch the image, or may once they have grown."""
         work, n = self._work, len(self.surfels)
         grown, opaque = self.surfels.scales * np.float32(2.0), np.full(n, 0.99, np.float32)
         where = (self.surfels.means, self.surfels.quats, grown, opaque)
         size, reach_px = (camera.width, camera.height), backward.HALF_HEIGHT_MAX_PX
-        projection.project(*where, packed, *size, reach_px, work.rows, work.depths)
-        return binning.front_to_back(work.rows, work.depths, 0.0, 1.0)
+        projection.project(*where, packed, *size, reach_px, work.rows)
+        return binning.front_to_back(work.rows, self.surfels.means, depth_row)
 
     def render(self, view: PreparedView, background: Background = BLACK) -> FloatArray:
         """Renders a prepared view, (3, H, W) padded; the array is reused by the next call."""
@@ -175,11 +178,11 @@ class SurfelObjective:
         chain.activate(self.log_scales, self.x, work.scales, work.opacities)
         values = (self.surfels.means, self.quats, work.scales, work.opacities)
         size, reach_px = (camera.width, camera.height), backward.HALF_HEIGHT_MAX_PX
-        projection.project(*values, view.packed, *size, reach_px, work.rows, work.depths)
+        projection.project(*values, view.packed, *size, reach_px, work.rows)
         lists = binning.bin_tiles(work.rows, view.order, *size)
         (image, _), (_, through) = work.planes_of(view.mask.shape)
         color = np.asarray(background if isinstance(background, tuple) else BLACK, np.float32)
-        forward.composite(work.rows, self.colors, *lists, color, *image, through)
+        forward.composite(work.rows, self.colors, work.weights, False, *lists, color, *image, through)
         if not isinstance(background, tuple):
             np.add(image, through * background, out=image)
         return lists

@@ -1,0 +1,92 @@
+"""Eq. 3 with coverage for the surfels of one level: twin of `core.opacity.weights` and of opacity.glsl.
+
+``texels`` is what `core.opacity.Modulation.texels` returns and the shaders read from a texture.
+"""
+
+import numba
+import numpy as np
+
+from wzviewer.core.anchor import DEPTH_FLOOR
+from wzviewer.core.constants import WEIGHT_MIN
+from wzviewer.core.opacity import LOG_SPAN_MIN
+from wzviewer.core.types import FloatArray
+from wzviewer.kernels.elementary import BLOCK, HALF, ONE, SAFE_FLAGS, TWO, ZERO, log2
+from wzviewer.kernels.projection import CULLED
+
+THREE = np.float32(3.0)
+_FLOOR = np.float32(DEPTH_FLOOR)
+_SPAN_MIN = np.float32(LOG_SPAN_MIN)
+_WEIGHT_MIN = np.float32(WEIGHT_MIN)
+_HEAD, _COVER = 2, 5  # texels
+
+
+@numba.njit(fastmath=SAFE_FLAGS)
+def _dot(row: FloatArray, means: FloatArray, i: int) -> np.float32:
+    return row[0] * means[i, 0] + row[1] * means[i, 1] + row[2] * means[i, 2]
+
+
+@numba.njit(fastmath=SAFE_FLAGS)
+def _log_scale(row: FloatArray, means: FloatArray, i: int, side: np.float32) -> np.float32:
+    """log2 of Eq. 1's d / f over the unit, from a (g, base) row."""
+    return row[3] + log2(max(side * (ONE + _dot(row, means, i)), _FLOOR))
+
+
+@numba.njit(fastmath=SAFE_FLAGS)
+def _ramp(top: np.float32, here: np.float32, low: np.float32) -> np.float32:
+    """t: 0 at the parent's log scale (top), 1 at the child's (low)."""
+    return min(max((top - here) / max(top - low, _SPAN_MIN), ZERO), ONE)
+
+
+@numba.njit(fastmath=SAFE_FLAGS)
+def _share(cover: FloatArray, means: FloatArray, i: int, render: np.float32) -> np.float32:
+    """M t of a cover, (5, 4) texels, at a surfel."""
+    D = ONE + _dot(cover[2], means, i)
+    if cover[4, 3] * D <= _FLOOR:
+        return ZERO  # behind the cover's camera
+    x = _dot(cover[0], means, i) / D + cover[0, 3]
+    y = _dot(cover[1], means, i) / D + cover[1, 3]
+    border = min(min(x, cover[4, 0] - x), min(y, cover[4, 1] - y))
+    s = min(max(border / cover[4, 2], ZERO), ONE)
+    if s <= ZERO:
+        return ZERO
+    top, low = _log_scale(cover[3], means, i, ONE), _log_scale(cover[2], means, i, cover[4, 3])
+    return s * s * (THREE - TWO * s) * _ramp(top, render, low)
+
+
+@numba.njit(cache=True, nogil=True, parallel=True, fastmath=SAFE_FLAGS)
+def weigh(
+    means: FloatArray,
+    native_scales: FloatArray,
+    coverage: FloatArray,
+    view: FloatArray,
+    texels: FloatArray,
+    weights: FloatArray,
+    projected: FloatArray,
+) -> None:
+    """Writes the weight w of every surfel, and culls those that have none.
+
+    Args:
+        means: (n, 3) local positions.
+        native_scales: (n,) s_native over the level's unit.
+        coverage: (n,) product of m over the level and its ancestors.
+        view: (13,) from `projection.view_vector`.
+        texels: (2 + 5 covers, 4) from `Modulation.texels`.
+        weights: (n,) written, in [0, 1].
+        projected: (n, 8) from `projection.project`; its half extents turn negative where w is 0.
+    """
+    row, covers = view[8:12], np.int64(texels[1, 0] + HALF)
+    has_parent = texels[1, 1] > HALF
+    n = means.shape[0]
+    for block in numba.prange((n + BLOCK - 1) // BLOCK):
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, n)):
+            render = _log_scale(row, means, i, view[12])
+            w = coverage[i]
+            if has_parent:
+                w *= _ramp(_log_scale(texels[0], means, i, ONE), render, log2(native_scales[i]))
+            for k in range(covers):
+                if w <= ZERO:
+                    break
+                first = _HEAD + k * _COVER
+                w *= ONE - _share(texels[first : first + _COVER], means, i, render)
+            weights[i] = min(max(w, ZERO), ONE)
+            projected[i, 6] = projected[i, 6] if w >= _WEIGHT_MIN else CULLED

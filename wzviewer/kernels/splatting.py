@@ -1,0 +1,161 @@
+"""Draws surfels of several levels on the CPU: the steps of a frame over arrays that are kept.
+
+::
+
+    begin(capacity)
+    add(surfels, view, depth row, weights)*     project, weigh, key: rows in the order of the calls
+    draw(size)                                  sort, bin, composite  ──► planes of colour, transmittance
+    median()                                    of what was drawn     ──► rows
+
+A row is the place of a surfel in the order of the calls, so ties in depth go by (call, index).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wzviewer.core.anchor import AnchoredView
+from wzviewer.core.surfels import Surfels
+from wzviewer.core.types import FloatArray, IntArray
+from wzviewer.kernels import binning, forward, projection
+from wzviewer.kernels.opacity import weigh
+
+VIEW_MAX = 1e30  # of a number in the view vector; beyond it the camera sits in the anchor plane
+_REACH_UNLIMITED_PX = 1e7
+_ROOM = 1.25  # capacity beyond the need
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """An image on whole tiles, H >= h and W >= w; overwritten by the next frame.
+
+    Attributes:
+        color: (3, H, W) float32, over the background.
+        through: (H, W) float32, transmittance.
+    """
+
+    color: FloatArray
+    through: FloatArray
+
+
+class Splatter:
+    """The arrays of a frame, reused by the next one: fresh memory would cost a page fault each 4 KB."""
+
+    def __init__(self) -> None:
+        self._count = self._num_keys = 0
+        self._linear = False
+        self._size = (0, 0)
+        self._lists: tuple[binning.Offsets, binning.Indices] | None = None
+        self._planes = Planes(np.empty((3, 0, 0), np.float32), np.empty((0, 0), np.float32))
+        self._reserve(0)
+
+    @property
+    def num_bytes(self) -> int:
+        """Memory of the arrays, bytes."""
+        arrays = (self._rows, self._colors, self._weights, self._keys, self._planes.color)
+        return sum(a.nbytes for a in arrays) + self._planes.through.nbytes
+
+    @property
+    def num_drawn(self) -> int:
+        """Surfels of the frame that may be seen."""
+        return self._num_keys
+
+    def begin(self, capacity: int, width: int, height: int) -> None:
+        """Starts a frame.
+
+        Args:
+            capacity: surfels that will be added.
+            width: image width, px.
+            height: image height, px.
+        """
+        self._count = self._num_keys = 0
+        self._size, self._lists = (width, height), None
+        if capacity > len(self._rows):
+            self._reserve(int(capacity * _ROOM))
+
+    def add(
+        self,
+        surfels: Surfels,
+        view: AnchoredView,
+        depth_row: FloatArray,
+        weights: FloatArray | None = None,
+        texels: FloatArray | None = None,
+    ) -> None:
+        """Projects surfels of one level.
+
+        Args:
+            surfels: (n) in the level's frame.
+            view: the camera about the level's anchor.
+            depth_row: (4,) from `core.reference.depth_row`.
+            weights: (n,) Eq. 3 weights, if they are known; neither these nor texels: 1.
+            texels: from `Modulation.texels`, to find the weights.
+        """
+        n, packed = len(surfels), projection.view_vector(view)
+        piece = slice(self._count, self._count + n)
+        self._count += n
+        rows, w = self._rows[piece], self._weights[piece]
+        if n == 0 or not np.all(np.abs(packed) < VIEW_MAX):
+            rows[:, 6] = projection.CULLED
+            return
+        values = (surfels.means, surfels.quats, surfels.scales, surfels.opacities)
+        projection.project(*values, packed, *self._size, _REACH_UNLIMITED_PX, rows)
+        self._colors[piece] = surfels.colors
+        if texels is not None:
+            weigh(surfels.means, surfels.native_scales, surfels.coverage, packed, texels, w, rows)
+        elif weights is None:
+            w[:] = 1.0
+        else:
+            w[:] = weights
+            rows[weights <= 0, 6] = projection.CULLED
+        self._num_keys += binning.depth_keys(
+            rows, surfels.means, depth_row, piece.start, self._keys[self._num_keys :]
+        )
+
+    def draw(self, background: tuple[float, float, float], linear: bool) -> Planes:
+        """Sorts and composites what was added.
+
+        Args:
+            background: sRGB colour behind everything.
+            linear: Eq. 2 as printed instead of the power law.
+        """
+        width, height = self._size
+        rows = self._rows[: self._count]
+        order = binning.sorted_indices(self._keys[: self._num_keys])
+        self._lists, self._linear = binning.bin_tiles(rows, order, width, height), linear
+        planes = self._tiled(width, height)
+        behind = np.asarray(background, np.float32)
+        weights, colors = self._weights[: self._count], self._colors[: self._count]
+        forward.composite(rows, colors, weights, linear, *self._lists, behind, *planes.color, planes.through)
+        return planes
+
+    def order(self) -> binning.Indices:
+        """Rows of what may be seen, nearest first, (m,) uint32; after `draw`."""
+        return self._keys[: self._num_keys].astype(np.uint32)
+
+    def median(self) -> IntArray:
+        """Row of the surfel at which transmittance crosses 1/2, (h, w) int32; -1 where none; after `draw`.
+
+        Raises:
+            ValueError: before `draw`.
+        """
+        if self._lists is None:
+            raise ValueError("draw the frame before asking for its median")
+        width, height = self._size
+        index = np.empty(self._planes.through.shape, np.int32)
+        laws = (self._weights[: self._count], self._linear)
+        through = np.empty(index.shape, np.float32)
+        forward.median_index(self._rows[: self._count], *laws, *self._lists, index, through)
+        return index[:height, :width]
+
+    def _reserve(self, capacity: int) -> None:
+        self._rows = np.empty((capacity, 8), np.float32)
+        self._colors = np.empty((capacity, 3), np.float32)
+        self._weights = np.empty(capacity, np.float32)
+        self._keys = np.empty(capacity, np.uint64)
+
+    def _tiled(self, width: int, height: int) -> Planes:
+        t = binning.TILE
+        shape = (-(-height // t) * t, -(-width // t) * t)
+        if self._planes.through.shape != shape:
+            self._planes = Planes(np.empty((3, *shape), np.float32), np.empty(shape, np.float32))
+        return self._planes
