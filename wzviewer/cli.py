@@ -98,6 +98,12 @@ def _add_render(verbs: Any) -> None:  # noqa: ANN401
     command.add_argument("--no-modulation", action="store_true", help="the paper's ablation")
     command.add_argument("--depth", type=Path, metavar="OUT.npy", help="also the median depth, world units")
     command.add_argument("--context", choices=("auto", "egl", "osmesa", "window"), default="auto")
+    command.add_argument(
+        "--rasterizer",
+        choices=("auto", "shaders", "kernels"),
+        default="auto",
+        help="shaders: OpenGL; kernels: the processor, much faster where OpenGL is software",
+    )
 
 
 def _add_others(verbs: Any) -> None:  # noqa: ANN401
@@ -108,6 +114,7 @@ def _add_others(verbs: Any) -> None:  # noqa: ANN401
     bench.add_argument("what", choices=BENCHES)
     bench.add_argument("--json", action="store_true")
     bench.add_argument("--context", choices=("auto", "egl", "osmesa", "window"), default="auto")
+    bench.add_argument("--rasterizer", choices=("auto", "shaders", "kernels"), default="auto")
     bench.add_argument("--image", type=Path, help="photo for generate; default: the bundled picture")
     models = verbs.add_parser("models", help="backends and what they add")
     models.add_argument("action", choices=("list", "check"))

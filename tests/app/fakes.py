@@ -164,10 +164,13 @@ class FakeClient:
 class FakeRenderer:
     """Sees a plane at depth 1 everywhere and draws nothing."""
 
+    target_s = 1 / 60
+    is_settled = True
+
     def sync(self, scene: Scene) -> bool:
         return True
 
-    def draw(self, camera: Camera, fraction: float = 1.0) -> "FakePicture":
+    def draw(self, camera: Camera, fraction: float = 1.0, is_moving: bool = False) -> "FakePicture":
         return FakePicture(camera.width, camera.height)
 
     def pick(self, camera: Camera, x_px: float, y_px: float) -> tuple[float, int] | None:

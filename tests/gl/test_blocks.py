@@ -28,8 +28,8 @@ def test_no_cover_is_dropped(gl_context):
     blocks = BlockTexture(gl_context.ctx)
     for count in (3, 64, 65, 200):
         camera, frame, modulation = many_covers(count)
-        blocks.set_modulations({0: modulation, 5: Modulation(None, ())})
-        blocks.set_views({0: AnchoredView.expand(camera, frame)})
+        view = AnchoredView.expand(camera, frame)
+        blocks.write({0: view}, {0: modulation, 5: Modulation(None, ())})
         width, height = blocks.texture.size
         assert height == 6
         data = np.frombuffer(blocks.texture.read(), np.float32).reshape(height, width, 4)

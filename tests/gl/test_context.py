@@ -26,7 +26,7 @@ except ContextError as error:
 with made as context:
     assert context.kind == "osmesa"
     scene = hill_scene()
-    renderer = SurfelRenderer(context)
+    renderer = SurfelRenderer(context, "shaders")
     renderer.sync(scene)
     np.save(sys.argv[1], renderer.render(scene[1].camera).read_color8())
     renderer.release()
@@ -42,7 +42,7 @@ def test_osmesa_draws_what_egl_draws(gl_context, tmp_path):
         pytest.skip(done.stderr.strip().splitlines()[-1])
     assert done.returncode == 0, done.stderr
     scene = hill_scene()
-    renderer = SurfelRenderer(gl_context)
+    renderer = SurfelRenderer(gl_context, "shaders")
     renderer.sync(scene)
     expected = renderer.render(scene[1].camera).read_color8()
     renderer.release()

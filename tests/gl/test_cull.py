@@ -11,6 +11,7 @@ from wzviewer.gl.cull import (
     chunk_radii_px,
     clipped,
     in_frustum,
+    may_cover,
     unmodulated,
     view_slabs,
     weightless,
@@ -73,17 +74,44 @@ def test_levels_far_above_and_below_are_skipped_whole():
     assert skipped(3, coarser).all()
 
 
-def test_only_the_root_at_its_own_scale_has_weight_one_for_certain():
-    scene = hill_scene(24, 16, 2)
-    for camera, expected in ((scene[0].camera, True), (scene[0].camera.zoomed(12, 8, 1.5), False)):
+def test_weight_one_is_certain_where_nothing_fades():
+    scene = flat_scene(96, 72, num_levels=2)
+    root, child = scene[0].camera, scene[1].camera
+    cases = (
+        (root, 0, 1.0),  # at its own scale, the child not yet there
+        (root.zoomed(48, 36, 1.5), 0, 0.5),  # the child takes its share, but only where it is
+        (child, 1, 0.5),  # its border is feathered
+        (child.zoomed(48, 36, 0.7), 1, 0.0),  # it has not faded in
+    )
+    for camera, index, at_least in cases:
+        level = scene[index]
+        bounds = ChunkBounds.of_surfels(level.surfels, CHUNK)
+        view = AnchoredView.expand(camera, level.frame)
+        own_row = AnchoredView.expand(level.camera, level.frame).rows[2]
+        sure = unmodulated(bounds, view, modulation(scene, index), own_row)
+        assert at_least <= sure.mean() <= (at_least or 0.0) + 0.5
+        w = reference.level_weights(scene, index, level.surfels, camera)
+        chunk = np.arange(len(w)) // CHUNK
+        np.testing.assert_allclose(w[sure[chunk]], 1.0, atol=1e-6)  # measured 2e-7: native scales are f32
+
+
+def test_a_cover_that_may_act_is_kept():
+    scene = hill_scene(24, 16, 3)
+    idle = 0
+    for camera in cameras(scene):
         for level in scene:
+            covers = modulation(scene, level.index).covers
             bounds = ChunkBounds.of_surfels(level.surfels, CHUNK)
             view = AnchoredView.expand(camera, level.frame)
-            sure = unmodulated(bounds, view, modulation(scene, level.index))
-            assert sure.all() == (expected and level.index == 0)
-            w = reference.level_weights(scene, level.index, level.surfels, camera)
-            chunk = np.arange(len(w)) // CHUNK
-            np.testing.assert_allclose(w[sure[chunk]], 1.0, atol=1e-9)
+            render = view.log_scale(level.surfels.means)
+            chunk = np.arange(len(render)) // CHUNK
+            for cover in covers:
+                acting = may_cover(bounds, view, cover)
+                share = cover.share(level.surfels.means, render)
+                in_front = view.in_front(level.surfels.means) > 0
+                assert share[~acting[chunk] & in_front].max(initial=0.0) < 1e-6
+                idle += int((~acting).sum())
+    assert idle > 100
 
 
 def test_what_is_behind_the_camera_is_culled():

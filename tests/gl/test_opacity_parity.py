@@ -50,8 +50,7 @@ def probe(gl_context, tmp_path_factory):
     array, framebuffer, blocks = ctx.vertex_array(program, []), ctx.framebuffer(targets), BlockTexture(ctx)
 
     def run(surfels, slot, view, covers):
-        blocks.set_modulations({slot: covers})
-        blocks.set_views({slot: view})
+        blocks.write({slot: view}, {slot: covers})
         logs = np.stack([np.log2(surfels.native_scales), surfels.coverage], 1)
         inputs[0].write(np.pad(surfels.means, ((0, 0), (0, 1))).astype("f4").tobytes())
         inputs[1].write(np.pad(logs, ((0, 0), (0, 2))).astype("f4").tobytes())

@@ -5,20 +5,20 @@ from wzviewer.core import reference
 from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.reference import DEPTH_QUANTUM, Focus
 from wzviewer.core.scene import modulation
-from wzviewer.gl.order import front_to_back, order_runs, relative_depths, sortable_bits
-from wzviewer.gl.surfel_buffer import PAGE_SURFELS
-from wzviewer.gl.visible import LevelState, prepare
+from wzviewer.gl.cull import ChunkBounds
+from wzviewer.gl.order import Run, front_to_back, order_runs, relative_depths, sortable_bits
+from wzviewer.gl.pages import PAGE_SURFELS
+from wzviewer.gl.visible import Choice, LevelState, SurfelSet, select
+
+
+def set_of(surfels, first_record):
+    bounds = ChunkBounds.of_surfels(surfels, PAGE_SURFELS)
+    return SurfelSet(surfels, bounds, np.array([first_record], np.int32), PAGE_SURFELS)
 
 
 def states_of(scene):
     return {
-        i: LevelState.measure(
-            scene[i],
-            scene[i].surfels,
-            np.array([i * PAGE_SURFELS], np.int32),
-            modulation(scene, i),
-            PAGE_SURFELS,
-        )
+        i: LevelState.of(scene[i], (set_of(scene[i].surfels, i * PAGE_SURFELS),), modulation(scene, i))
         for i in scene.visible()
     }
 
@@ -46,9 +46,11 @@ def test_the_order_is_the_references_order_at_every_depth_of_zoom():
     states = states_of(scene)
     for level, angle in ((0, 0.0), (1, 5.0), (4, -8.0), (7, 3.0)):
         camera = orbited(scene[level].camera, scene[level].frame.origin, angle)
-        order = prepare(states, camera, culling=False).order
+        order = select(states, camera, Choice(culling=False)).ordered().records()
         exact = reference.scene_footprints(scene, camera, modulation=False)
-        records = np.concatenate([np.arange(len(s.surfels)) + i * PAGE_SURFELS for i, s in states.items()])
+        records = np.concatenate(
+            [np.arange(len(s.sets[0].surfels)) + i * PAGE_SURFELS for i, s in states.items()]
+        )
         z = dict(zip(records.tolist(), exact.depths, strict=True))
         unit = reference.focus_of(camera, [lv.frame for lv in scene]).unit
         along = np.array([z[r] for r in order.tolist()])
@@ -62,11 +64,10 @@ def test_the_order_is_the_references_order_at_every_depth_of_zoom():
 
 def test_a_frontal_plane_is_ordered_by_index():
     scene = hill_scene(8, 6, 1)
-    columns = np.zeros((3, 48), np.float32)
-    state = states_of(scene)[0]
+    surfels = scene[0].surfels
+    flat = set_of(surfels.with_(means=np.zeros_like(surfels.means)), 100)
     camera = orbited(scene[0].camera, scene[0].frame.origin, 0.0)
     view = AnchoredView.expand(camera, scene[0].frame)
     focus = reference.focus_of(camera, [scene[0].frame])
-    run = state.run(0, 0, view)
-    flat = type(run)(columns, view, scene[0].frame, 100, 0, 0)
-    assert order_runs([flat], focus).tolist() == list(range(100, 148))
+    run = Run(flat, slice(0, 48), view, scene[0], 100)
+    assert order_runs([run], focus).tolist() == list(range(100, 148))

@@ -61,7 +61,7 @@ def test_worker_and_gl_agree(gl_context, scene, view, blend):
     camera = camera.zoomed(camera.width * 0.55, camera.height * 0.45, magnification)
     path = [scene[i] for i in range(3)]
     worker = render(visible_parts(path, camera), camera, blend=blend)
-    renderer = SurfelRenderer(gl_context)
+    renderer = SurfelRenderer(gl_context, "shaders")
     renderer.sync(scene)
     frame = renderer.render(camera, RenderSettings(blend=blend, outputs=frozenset({"color", "coverage"})))
     image, coverage = frame.read_color()[..., :3], frame.read_coverage()
@@ -76,7 +76,7 @@ def test_median_depth_agrees(gl_context, scene):
     camera = scene[1].camera
     frame_1 = scene[1].frame
     worker = render(visible_parts([scene[0], scene[1]], camera), camera, depth_anchor=(1.0, frame_1.unit))
-    renderer = SurfelRenderer(gl_context)
+    renderer = SurfelRenderer(gl_context, "shaders")
     alone = Scene()
     for level in (scene[0], scene[1]):
         alone.append(replace(level))

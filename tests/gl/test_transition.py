@@ -12,10 +12,10 @@ from wzviewer.gl.renderer import SurfelRenderer
 STEPS = np.linspace(0.0, 1.0, 9)
 
 
-def leaks(gl_context, blend):
+def leaks(gl_context, blend, rasterizer="shaders"):
     """Mean of 1 - coverage over the middle of the child's image at magnifications 8^t."""
     scene = flat_scene(96, 72)
-    renderer = SurfelRenderer(gl_context)
+    renderer = SurfelRenderer(gl_context, rasterizer)
     renderer.sync(scene)
     found = []
     for t in STEPS:
@@ -35,8 +35,9 @@ def leaks(gl_context, blend):
     # Measured: transmittance -0.001 (never more than at the ends), linear 0.012 as the paper has it.
     [("transmittance", 0.005), ("linear", 0.03)],
 )
-def test_leak_during_a_transition(gl_context, blend, limit):
-    leak = leaks(gl_context, blend)
+@pytest.mark.parametrize("rasterizer", ["shaders", "kernels"])
+def test_leak_during_a_transition(gl_context, blend, limit, rasterizer):
+    leak = leaks(gl_context, blend, rasterizer)
     assert leak[1:-1].max() - max(leak[0], leak[-1]) <= limit
     assert max(leak[0], leak[-1]) < 0.08  # one level alone, off the grid: measured 0.057
 

@@ -42,7 +42,7 @@ class App:
         self.window = window
         self.services = Services(client, renderer or SceneDrawing(window.context), SystemDialogs())
         self.state = empty_state(*window.size_px)
-        self.pace = Pace()
+        self.pace = Pace(target_s=self.services.renderer.target_s)
         self.frame_s = 0.0  # what the last new picture took
         self._hand = Hand()
         self._thumbnails = Thumbnails(window.context)
@@ -105,7 +105,8 @@ class App:
             return
         began_s = time.perf_counter()
         self.services.renderer.sync(state.scene)
-        picture = self.services.renderer.draw(state.view.camera, self.pace.fraction(state.is_moving))
+        fraction = self.pace.fraction(state.is_moving)
+        picture = self.services.renderer.draw(state.view.camera, fraction, state.is_moving)
         picture.present_to(framebuffer, (0, 0, width, height))
         if state.is_moving:
             self.frame_s = time.perf_counter() - began_s
@@ -146,7 +147,7 @@ class App:
 
     def _wait_s(self) -> float:
         is_busy = self.state.job is not None or any(t.is_alive(self.state.now_s) for t in self.state.toasts)
-        return wait_s(self.state.is_moving, is_busy)
+        return wait_s(self.state.is_moving or not self.services.renderer.is_settled, is_busy)
 
     def _name_window(self) -> None:
         mark = "• " if self.state.is_dirty else ""

@@ -1,9 +1,15 @@
-"""Keeps motion fluid on a slow GPU: fewer pixels while the camera moves, all of them at rest."""
+"""Keeps motion fluid on a slow machine: fewer pixels while the camera moves, all of them at rest.
+
+Surfels follow the pixels: at half the resolution every 2x2 of them are drawn as one (`SPACING_PX`), so
+cost goes with the number of pixels wherever the time is spent.
+"""
 
 from dataclasses import dataclass, replace
 
-TARGET_S = 1 / 30  # of a frame in motion
-FRACTIONS = (1.0, 0.71, 0.5)  # of the resolution in each direction; fewer would be mush
+TARGET_S = 1 / 60  # of a frame in motion
+SOFTWARE_TARGET_S = 1 / 24  # where OpenGL runs on the CPU
+FRACTIONS = (1.0, 0.71, 0.5, 0.35, 0.25)  # of the resolution in each direction; fewer would be mush
+SPACING_PX = 1.42  # on the screen in motion: of 2x2 merged surfels at 0.71, and of 4x4 at 0.35
 MARGIN = 0.7  # a step up has to leave this share of the target unused, or it would swing
 IDLE_WAIT_S = 0.1  # between frames when nothing happens
 BUSY_WAIT_S = 0.03  # while the worker is making something
@@ -15,9 +21,11 @@ class Pace:
 
     Attributes:
         step: index into `FRACTIONS`, used while moving.
+        target_s: time that a picture in motion may take.
     """
 
     step: int = 0
+    target_s: float = TARGET_S
 
     def fraction(self, is_moving: bool) -> float:
         """Returns the fraction of the resolution, 1 at rest."""
@@ -27,14 +35,14 @@ class Pace:
         """Learns from the time that a picture took; pictures at rest say nothing about motion."""
         if not is_moving:
             return self
-        if frame_s > TARGET_S and self.step + 1 < len(FRACTIONS):
+        if frame_s > self.target_s and self.step + 1 < len(FRACTIONS):
             # Cost goes with the pixels at most: jump to the step that would have been in time.
-            wanted = FRACTIONS[self.step] * (TARGET_S / frame_s) ** 0.5
+            wanted = FRACTIONS[self.step] * (self.target_s / frame_s) ** 0.5
             steps = range(self.step + 1, len(FRACTIONS))
             return replace(self, step=next((i for i in steps if FRACTIONS[i] <= wanted), len(FRACTIONS) - 1))
         if self.step > 0:
             dearer = frame_s * (FRACTIONS[self.step - 1] / FRACTIONS[self.step]) ** 2
-            if dearer < MARGIN * TARGET_S:
+            if dearer < MARGIN * self.target_s:
                 return replace(self, step=self.step - 1)
         return self
 

@@ -51,14 +51,25 @@ class Picture(Protocol):
 
 
 class SceneRenderer(Protocol):
-    """Lines 6-7 of Algorithm 1, as the app sees them."""
+    """Lines 6-7 of Algorithm 1, as the app sees them.
+
+    Attributes:
+        target_s: time that a picture in motion may take.
+    """
+
+    target_s: float
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the last picture is the exact one for its camera."""
+        ...
 
     def sync(self, scene: Scene) -> bool:
         """Takes over some of what changed in the scene; returns whether that was all."""
         ...
 
-    def draw(self, camera: Camera, fraction: float = 1.0) -> Picture:
-        """Renders the scene at a fraction of the camera's resolution."""
+    def draw(self, camera: Camera, fraction: float = 1.0, is_moving: bool = False) -> Picture:
+        """Renders the scene at a fraction of the resolution; in motion less exactly."""
         ...
 
     def pick(self, camera: Camera, x_px: float, y_px: float) -> tuple[float, int] | None:

@@ -19,7 +19,7 @@ from imgui_bundle import imgui  # before glfw: both must share the library that 
 from wzviewer.app.theme import Fonts, apply_theme
 from wzviewer.core.types import ByteArray
 from wzviewer.errors import ContextError
-from wzviewer.gl.context import GlContext, create_context, import_glfw
+from wzviewer.gl.context import GL_VERSIONS, GlContext, create_context, import_glfw
 
 TITLE = "wzviewer"
 START_SIZE = (1280, 800)  # points
@@ -188,12 +188,14 @@ class GlfwWindow:
         if not glfw.init():
             raise ContextError("window", "there is no display", hint)
         glfw.default_window_hints()
-        glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, 3)
-        glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, 3)
         glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
         glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)  # macOS gives 3.3 on no other terms
         glfw.window_hint(glfw.SCALE_TO_MONITOR, glfw.TRUE)
-        window = glfw.create_window(*size, TITLE, None, None)
+        window = None
+        for version in GL_VERSIONS:
+            glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, version // 100)
+            glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, version // 10 % 10)
+            window = window or glfw.create_window(*size, TITLE, None, None)
         if not window:
             glfw.terminate()
             raise ContextError("window", "no OpenGL 3.3", "Update the graphics driver")

@@ -28,11 +28,11 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     """Returns the leak of both blends and the step ratio of a zoom through five levels."""
     record: dict[str, Any] = {}
     scene = chain_scene(2, np.full((SIZE_PX[1], SIZE_PX[0], 3), 200, np.uint8), relief_px=0.0)
-    with scene_renderer(scene, options.context) as renderer:
+    with scene_renderer(scene, options.context, options.rasterizer) as renderer:
         record["transition_leak"] = leak(renderer, scene, "transmittance")
         record["transition_leak_linear"] = leak(renderer, scene, "linear")
     zoom = consistent_chain(ZOOM_LEVELS, *SIZE_PX)
-    with scene_renderer(zoom, options.context) as renderer:
+    with scene_renderer(zoom, options.context, options.rasterizer) as renderer:
         steps = step_sizes(renderer, zoom)
     record["transition_step_median"] = float(np.median(steps))
     record["transition_step_max"] = float(np.max(steps))

@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> None:
     camera = cameras.camera_of(scene, level, options.magnify, options.orbit)
     size = parse_size(options.size) if options.size else None
     settings = RenderSettings(blend=options.blend, modulation=not options.no_modulation)
-    with scene_renderer(scene, options.context) as renderer:
+    with scene_renderer(scene, options.context, options.rasterizer) as renderer:
         if options.output.suffix.lower() == ".png":
             image = picture(renderer, _sized(camera, size), settings)
             write_png(options.output, image)

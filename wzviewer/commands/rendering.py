@@ -14,13 +14,15 @@ from wzviewer.core.types import ByteArray
 from wzviewer.errors import OutputError
 from wzviewer.gl.context import ContextKind, create_context
 from wzviewer.gl.frame import RenderSettings
-from wzviewer.gl.renderer import SurfelRenderer
+from wzviewer.gl.renderer import RasterizerName, SurfelRenderer
 
 H264_QUALITY = "18"  # constant rate factor: visually lossless
 
 
 @contextmanager
-def scene_renderer(scene: Scene, kind: ContextKind = "auto") -> Iterator[SurfelRenderer]:
+def scene_renderer(
+    scene: Scene, kind: ContextKind = "auto", rasterizer: RasterizerName = "auto"
+) -> Iterator[SurfelRenderer]:
     """Yields a renderer that holds a scene, on a context of its own.
 
     Raises:
@@ -28,9 +30,12 @@ def scene_renderer(scene: Scene, kind: ContextKind = "auto") -> Iterator[SurfelR
     """
     context = create_context(kind)
     try:
-        renderer = SurfelRenderer(context)
-        renderer.sync(scene)
-        yield renderer
+        renderer = SurfelRenderer(context, rasterizer)
+        try:
+            renderer.sync(scene)
+            yield renderer
+        finally:
+            renderer.release()
     finally:
         context.close()
 

@@ -49,6 +49,11 @@ class Camera:
         return float(np.sqrt(self.fx * self.fy))
 
     @property
+    def key(self) -> tuple[object, ...]:
+        """All numbers: equal keys are the same view."""
+        return (self.camera_from_world.tobytes(), self.fx, self.fy, self.cx, self.cy, self.width, self.height)
+
+    @property
     def rotation(self) -> DoubleArray:
         """R, (3, 3): camera axes from world axes."""
         return self.camera_from_world[:3, :3]

@@ -1,22 +1,29 @@
-"""The only package that calls OpenGL (3.3 core).
+"""The only package that calls OpenGL (3.3 core; 4.3 is used where there is one).
 
 ::
 
-    scene ──sync──► surfel_buffer   32-byte records in pages, appended once      (records: the layout)
+    scene ──sync──► arrivals        which levels are complete, chunk by chunk   (pages, merging: 2x2, 4x4)
                       │
-    camera ─┬─► blocks              a row of texels per level: camera, parent, covers
-            ├─► visible             the CPU side of a frame, no OpenGL:
-            │     ├── cull            chunks outside the frustum or of weight 0 are skipped
-            │     └── order           exact back-to-front order of what is left
-            │
-            └─► renderer ──► draw   one draw (points, or quads), premultiplied "over", no depth test
-                  │   shaders/surfel.vert [.geom] .frag  +  include/{anchor,opacity,footprint}.glsl
-                  ▼
-                frame ──► present   composited over the background, into a window or for reading
-                  ├─────► median    rank of the surfel at which transmittance crosses 0.5
-                  └─────► picking   the same for one pixel, on the CPU
+    camera ───────► visible         chunks outside the frustum or of weight 0 are skipped   (cull)
+                      │ a selection: runs of surfels, and what Eq. 3 needs of each level
+          ┌───────────┴─────────────────────────────┐
+      a GPU                                     software OpenGL
+          │                                         │
+      order | compute | ordering                    │
+          │ exact, nearest first: on the CPU,       │
+          │ in GL 4.3 shaders, or off the thread    │
+          ▼                                         ▼
+      shading ──► draw                          software
+          │ one draw, premultiplied "over",         │ kernels on the CPU: the same formulas
+          │ points and quads, no depth test         │ and order, front to back in tiles
+          │ shaders/surfel.vert [.geom] .frag       │
+          └───────────┬─────────────────────────────┘
+                      ▼
+                    frame ──► present    composited over the background, into a window or into bytes
+                      ├─────► median     the surfel at which transmittance crosses 0.5, per pixel
+                      └─────► picking    the same for one pixel
 
-    context     window | EGL | OSMesa
-    shader      files -> programs, errors as file:line
+    context     window | EGL | OSMesa             surfel_buffer, records   32 bytes a surfel on the GPU
+    shader      files -> programs                 blocks                   a row of texels per level
     targets     textures that are drawn into
 """

@@ -14,15 +14,31 @@ hundred children, or siblings that overlap), and the texture grows with it.
 """
 
 from collections.abc import Mapping
+from operator import is_
 
 import moderngl
 import numpy as np
 
 from wzviewer.core.anchor import AnchoredView
-from wzviewer.core.opacity import Modulation
+from wzviewer.core.opacity import Cover, Modulation
+from wzviewer.core.types import DoubleArray
 
 VIEW_TEXELS, HEAD_TEXELS, COVER_TEXELS = 3, 5, 5
 WIDTH_STEP = 64 * COVER_TEXELS  # texels by which the texture widens: room for 64 covers
+
+
+_Row = tuple[DoubleArray | None, tuple[Cover, ...]]
+_Held = dict[int, _Row]
+
+
+def _same(one: _Held, other: _Held) -> bool:
+    """Whether two frames have the very same parents and covers."""
+    return one.keys() == other.keys() and all(_identical(one[slot], other[slot]) for slot in one)
+
+
+def _identical(one: _Row, other: _Row) -> bool:
+    same_covers = len(one[1]) == len(other[1]) and all(map(is_, one[1], other[1]))
+    return one[0] is other[0] and same_covers
 
 
 class BlockTexture:
@@ -36,14 +52,27 @@ class BlockTexture:
         self.ctx = ctx
         self.texture: moderngl.Texture | None = None
         self._texels = np.zeros((0, 0, 4), np.float32)
+        self._held: _Held = {}
 
     @property
     def num_bytes(self) -> int:
         """GPU memory held, bytes."""
         return self._texels.nbytes
 
-    def set_modulations(self, modulations: Mapping[int, Modulation]) -> None:
-        """Replaces the rows of parents and covers, by slot."""
+    def write(self, views: Mapping[int, AnchoredView], modulations: Mapping[int, Modulation]) -> None:
+        """Writes the rows of a frame, by slot; covers only where they differ from the last frame's.
+
+        Args:
+            views: the rendering camera about each level's anchor.
+            modulations: parent and covers of the same levels.
+        """
+        held = {slot: (m.parent_rows, m.covers) for slot, m in modulations.items()}
+        if self.texture is None or not _same(held, self._held):
+            self._set_modulations(modulations)
+            self._held = held
+        self._set_views(views)
+
+    def _set_modulations(self, modulations: Mapping[int, Modulation]) -> None:
         packed = {slot: m.texels() for slot, m in modulations.items()}
         widest = max((len(texels) for texels in packed.values()), default=2) - 2
         width = HEAD_TEXELS + max(-(-widest // WIDTH_STEP), 1) * WIDTH_STEP
@@ -55,10 +84,8 @@ class BlockTexture:
         self._texels = texels
         texture.write(texels.tobytes())
 
-    def set_views(self, views: Mapping[int, AnchoredView]) -> None:
-        """Replaces the rows of the rendering camera, by slot."""
-        if self.texture is None:
-            return
+    def _set_views(self, views: Mapping[int, AnchoredView]) -> None:
+        assert self.texture is not None  # made by _set_modulations
         for slot, view in views.items():
             self._texels[slot, :VIEW_TEXELS] = view.rows
             self._texels[slot, HEAD_TEXELS - 1, 2] = view.side
@@ -69,7 +96,7 @@ class BlockTexture:
         """Frees the GPU memory."""
         if self.texture is not None:
             self.texture.release()
-        self.texture, self._texels = None, np.zeros((0, 0, 4), np.float32)
+        self.texture, self._texels, self._held = None, np.zeros((0, 0, 4), np.float32), {}
 
     def _resized(self, width: int, height: int) -> moderngl.Texture:
         if self.texture is not None and self.texture.size == (width, height):

@@ -27,6 +27,8 @@ from wzviewer.errors import ContextError
 
 ContextKind = Literal["egl", "osmesa", "window", "auto"]
 GL_VERSION = 330
+# Some drivers give exactly what is asked for, and with 4.3 the GPU orders surfels itself.
+GL_VERSIONS = (GL_VERSION,) if sys.platform == "darwin" else (430, GL_VERSION)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,11 +106,14 @@ def _egl_context(device_index: int | None) -> GlContext:
         settings = {"backend": "egl", "libgl": _library("GL"), "libegl": _library("EGL")}
         if device_index is not None:
             settings["device_index"] = device_index
-    try:
-        ctx = moderngl.create_context(require=GL_VERSION, standalone=True, **settings)
-    except Exception as error:  # glcontext raises bare Exception
-        raise ContextError("EGL", str(error), _install_hint("libegl1 and libgl1-mesa-dri")) from error
-    return _adopt(ctx, "egl", ctx.release)
+    for version in GL_VERSIONS:
+        try:
+            ctx = moderngl.create_context(require=version, standalone=True, **settings)
+        except Exception as error:  # glcontext raises bare Exception
+            failure = error
+            continue
+        return _adopt(ctx, "egl", ctx.release)
+    raise ContextError("EGL", str(failure), _install_hint("libegl1 and libgl1-mesa-dri")) from failure
 
 
 def _library(name: str) -> str:

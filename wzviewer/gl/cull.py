@@ -6,7 +6,8 @@ and a log ratio of two such depths is quasi-linear, so its extremes over a box a
 image of a box in front of a camera is the hull of its corners' images.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from wzviewer.core.anchor import DEPTH_FLOOR, AnchoredView
 from wzviewer.core.constants import ALPHA_CUT, LOW_PASS_PX2
 from wzviewer.core.opacity import Cover, Modulation
 from wzviewer.core.surfels import Surfels
-from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray, IntArray
 
 EXTENT_SIGMAS = float(np.sqrt(2.0 * np.log(1.0 / ALPHA_CUT)))  # of the most opaque surfel
 MARGIN_PX = 1.0  # rounding of float32 at the border
@@ -28,11 +29,13 @@ class ChunkBounds:
         corners: (c, 8, 3) float64, of the boxes around the means, local.
         sigmas: (c,) largest standard deviation, local.
         coverage: (c,) largest stored coverage.
+        coverage_min: (c,) smallest stored coverage.
     """
 
     corners: DoubleArray
     sigmas: FloatArray
     coverage: FloatArray
+    coverage_min: FloatArray
 
     @classmethod
     def of_surfels(cls, surfels: Surfels, chunk_surfels: int) -> "ChunkBounds":
@@ -41,7 +44,26 @@ class ChunkBounds:
         low = np.minimum.reduceat(surfels.means, starts, axis=0).astype(np.float64)
         high = np.maximum.reduceat(surfels.means, starts, axis=0).astype(np.float64)
         sigmas = np.maximum.reduceat(surfels.scales.max(1), starts)
-        return cls(box_corners(low, high), sigmas, np.maximum.reduceat(surfels.coverage, starts))
+        most, least = (ufunc.reduceat(surfels.coverage, starts) for ufunc in (np.maximum, np.minimum))
+        return cls(box_corners(low, high), sigmas, most, least)
+
+    @classmethod
+    def joined(cls, parts: "Sequence[ChunkBounds]") -> "ChunkBounds":
+        """Joins bounds in order."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)))
+
+    def take(self, chunks: IntArray | BoolArray) -> "ChunkBounds":
+        """Returns some chunks."""
+        return ChunkBounds(*(getattr(self, f.name)[chunks] for f in fields(self)))
+
+    def hull(self) -> "ChunkBounds":
+        """Returns one chunk that holds all."""
+        box = box_corners(self.corners.min((0, 1))[None], self.corners.max((0, 1))[None])
+        return ChunkBounds(
+            box, *(np.array([m]) for m in (self.sigmas.max(), self.coverage.max(), self.coverage_min.min()))
+        )
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -77,13 +99,15 @@ def chunk_radii_px(bounds: ChunkBounds, view: AnchoredView) -> DoubleArray:
     return np.where(D.min(1) > DEPTH_FLOOR, radius, np.inf)
 
 
-def in_frustum(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]) -> BoolArray:
-    """Whether a chunk may touch the image, (c,)."""
+def in_frustum(
+    bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int], margin_px: float = 0.0
+) -> BoolArray:
+    """Whether a chunk may touch the image widened by a margin, (c,)."""
     side = view.side
     D = depths(view.rows[2], bounds.corners)
     back: BoolArray = np.less_equal(side * D, DEPTH_FLOOR)
     behind, crossing = every(back), ~every(~back)
-    radius = chunk_radii_px(bounds, view) + MARGIN_PX
+    radius = chunk_radii_px(bounds, view) + MARGIN_PX + margin_px
     outside: BoolArray = np.zeros(len(bounds), bool)
     for row, size in zip(view.rows[:2], size_px, strict=True):
         at = bounds.corners @ row[:3] / np.where(crossing[:, None], 1.0, D) + row[3]
@@ -91,14 +115,16 @@ def in_frustum(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]
     return ~behind & (crossing | ~outside)
 
 
-def view_slabs(bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int]) -> ChunkBounds:
+def view_slabs(
+    bounds: ChunkBounds, view: AnchoredView, size_px: tuple[int, int], margin_px: float = 0.0
+) -> ChunkBounds:
     """The part of space, at the depths of each box, where its surfels can touch the image.
 
     Deep in a zoom a chunk of an ancestor is far larger than the view, and only what is in view decides
     whether a child covers it.  A slab is the frustum, widened by the chunk's radius, between two depths:
     convex, so the tests at eight corners hold for it as for a box.  A box that reaches the camera stays.
     """
-    radius = chunk_radii_px(bounds, view) + MARGIN_PX
+    radius = chunk_radii_px(bounds, view) + MARGIN_PX + margin_px
     whole = np.isfinite(radius)
     reach = np.where(whole, radius, 0.0)[:, None, None]
     D = depths(view.rows[2], bounds.corners)
@@ -127,24 +153,53 @@ def log_ratio(upper: DoubleArray, lower: DoubleArray, corners: DoubleArray) -> D
     return upper[3] - lower[3] + np.log2(ratio)
 
 
+def fades_in(bounds: ChunkBounds, view: AnchoredView, modulation: Modulation) -> BoolArray:
+    """Whether t of the level itself may be above 0 in a chunk, (c,): False far above its own scale."""
+    nothing: BoolArray = np.array(bounds.coverage <= 0.0)
+    if view.depth > 0.0 and modulation.parent_rows is not None:
+        nothing = nothing | every(log_ratio(view.rows[2], modulation.parent_rows, bounds.corners) >= 0.0)
+    return ~nothing
+
+
 def weightless(bounds: ChunkBounds, view: AnchoredView, modulation: Modulation) -> BoolArray:
     """Whether w = 0 is certain for a whole chunk, (c,)."""
-    nothing: BoolArray = np.array(bounds.coverage <= 0.0)
-    if view.depth <= 0.0:
-        return nothing
-    if modulation.parent_rows is not None:  # t = 0: coarser than the parent everywhere
-        nothing = nothing | every(log_ratio(view.rows[2], modulation.parent_rows, bounds.corners) >= 0.0)
-    for cover in modulation.covers:
-        nothing = nothing | _covered(bounds, view, cover)
+    nothing: BoolArray = ~fades_in(bounds, view, modulation)
+    if view.depth > 0.0:
+        for cover in modulation.covers:
+            nothing = nothing | _covered(bounds, view, cover)
     return nothing
 
 
-def unmodulated(bounds: ChunkBounds, view: AnchoredView, modulation: Modulation) -> BoolArray:
-    """Whether w = 1 is certain for a whole chunk, (c,): of the root, seen no finer than its own scale."""
-    whole: BoolArray = np.full(len(bounds), modulation.parent_rows is None and view.depth > 0.0)
-    for cover in modulation.covers:  # t = 0
-        whole = whole & every(log_ratio(view.rows[2], cover.parent_rows, bounds.corners) >= 0.0)
-    return whole
+def unmodulated(
+    bounds: ChunkBounds, view: AnchoredView, modulation: Modulation, native_row: DoubleArray
+) -> BoolArray:
+    """Whether w = 1 is certain for a whole chunk, (c,): faded in, wholly inside, nothing over it.
+
+    Args:
+        bounds: of the chunks.
+        view: the rendering camera about the level's anchor.
+        modulation: of the level; covers that do nothing here may have been left out.
+        native_row: (4,) ``(g, base)`` of the level's own camera.
+    """
+    whole: BoolArray = np.array(bounds.coverage_min >= 1.0) & (view.depth > 0.0)
+    if modulation.parent_rows is not None:
+        whole = whole & every(log_ratio(view.rows[2], native_row, bounds.corners) <= 0.0)
+    return whole & np.all([~may_cover(bounds, view, cover) for cover in modulation.covers], axis=0)
+
+
+def may_cover(bounds: ChunkBounds, view: AnchoredView, cover: Cover) -> BoolArray:
+    """Whether m t of a cover may be above 0 somewhere in a chunk, (c,)."""
+    if view.depth <= 0.0:
+        return np.ones(len(bounds), bool)
+    idle = every(log_ratio(view.rows[2], cover.parent_rows, bounds.corners) >= 0.0)
+    side = cover.view.side
+    D = side * depths(cover.view.rows[2], bounds.corners)
+    behind, before = every(D <= DEPTH_FLOOR), every(D > DEPTH_FLOOR)
+    outside: BoolArray = np.zeros(len(bounds), bool)
+    for row, size in zip(cover.view.rows[:2], cover.size_px[:2], strict=True):
+        at = bounds.corners @ row[:3] / np.where(before[:, None], side * D, 1.0) + row[3]
+        outside = outside | every(at <= 0.0) | every(at >= size)
+    return ~(idle | behind | (before & outside))
 
 
 def _covered(bounds: ChunkBounds, view: AnchoredView, cover: Cover) -> BoolArray:

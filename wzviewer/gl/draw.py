@@ -6,13 +6,14 @@ the largest radius, and drivers limit point sizes, so a frame with larger footpr
 geometry shader that makes quads.  Both run the same fragment shader over the same exact order.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import moderngl
 import numpy as np
 
+from wzviewer.gl.compute import GpuOrder
 from wzviewer.gl.order import UIntArray
 from wzviewer.gl.records import INT16_STEPS, RECORD_ATTRIBUTES, RECORD_FORMAT
 from wzviewer.gl.shader import load_program
@@ -42,20 +43,27 @@ class Variant:
         return {f.name.upper(): bool(getattr(self, f.name)) for f in fields(self)}
 
 
+@dataclass(frozen=True)
+class Segment:
+    """Consecutive places of the uploaded order, farthest first, with one kind of footprint."""
+
+    first: int
+    count: int
+    quads: bool
+
+
 class SurfelDraw:
     """Programs, the element index and the vertex arrays.
 
     Attributes:
         point_limit_px: largest point that the driver draws.
-        growth: factor of all footprints.
     """
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
         self.point_limit_px = min(float(ctx.info["GL_POINT_SIZE_RANGE"][1]), POINT_LIMIT_PX)
-        self.growth = 1.0
         self._programs: dict[Variant, moderngl.Program] = {}
-        self._arrays: dict[Variant, tuple[moderngl.VertexArray, moderngl.Buffer]] = {}  # with its records
+        self._arrays: dict[Variant, tuple[moderngl.VertexArray, moderngl.Buffer, moderngl.Buffer]] = {}
         self._index: moderngl.Buffer | None = None
         self._ranks: moderngl.Buffer | None = None
         self._count = 0
@@ -64,10 +72,6 @@ class SurfelDraw:
     def num_bytes(self) -> int:
         """GPU memory of the element index, bytes."""
         return sum(b.size for b in (self._index, self._ranks) if b is not None)
-
-    def fits_points(self, radius_px: float) -> bool:
-        """Whether footprints up to a radius can be points."""
-        return 2.0 * radius_px + POINT_SLACK_PX <= self.point_limit_px
 
     def set_order(self, front_to_back: UIntArray) -> None:
         """Uploads the order of the next draws, record numbers nearest first."""
@@ -94,9 +98,10 @@ class SurfelDraw:
         framebuffer: moderngl.Framebuffer,
         records: moderngl.Buffer,
         textures: Mapping[str, moderngl.Texture],
-        uniforms: Mapping[str, Any] | None = None,
+        uniforms: Mapping[str, Any],
+        segments: Sequence[Segment],
     ) -> None:
-        """Draws the order, farthest first, with the blend state of the caller.
+        """Draws the uploaded order, farthest first, with the blend state of the caller.
 
         Args:
             variant: of the program.
@@ -104,21 +109,30 @@ class SurfelDraw:
             records: the surfel buffer.
             textures: by sampler name.
             uniforms: further uniforms by name.
+            segments: of the order, one after the other.
         """
-        if self._count == 0:
-            return
-        program = self._program(variant)
-        guard = 0 if variant.quads else int(np.ceil(self.point_limit_px / 2))
-        width, height = framebuffer.size
-        shared = {"u_size_px": (width, height), "u_guard_px": float(guard), "u_growth": self.growth}
-        _set(program, {**shared, **(uniforms or {})})
-        for unit, (name, texture) in enumerate(textures.items()):
-            texture.use(unit)
-            _set(program, {name: unit})
-        framebuffer.viewport = (-guard, -guard, width + 2 * guard, height + 2 * guard)
-        framebuffer.use()
-        self._array(variant, program, records).render(moderngl.POINTS, vertices=self._count)
-        framebuffer.viewport = (0, 0, width, height)
+        assert self._index is not None  # set_order comes first
+        values = {**_bound(textures), **uniforms}
+        for segment in segments:
+            chosen = replace(variant, quads=segment.quads)
+            array = self._begin(chosen, framebuffer, records, self._index, values)
+            array.render(moderngl.POINTS, vertices=segment.count, first=segment.first)
+        framebuffer.viewport = (0, 0, *framebuffer.size)
+
+    def draw_indirect(
+        self,
+        variant: Variant,
+        framebuffer: moderngl.Framebuffer,
+        records: moderngl.Buffer,
+        textures: Mapping[str, moderngl.Texture],
+        uniforms: Mapping[str, Any],
+        order: GpuOrder,
+    ) -> None:
+        """Draws an order that the GPU has made; arguments as of `draw`."""
+        values = {**_bound(textures), **uniforms}
+        array = self._begin(variant, framebuffer, records, order.index, values)
+        array.render_indirect(order.indirect, moderngl.POINTS, 1)
+        framebuffer.viewport = (0, 0, *framebuffer.size)
 
     def release(self) -> None:
         """Frees everything."""
@@ -139,22 +153,39 @@ class SurfelDraw:
             )
         return self._programs[variant]
 
+    def _begin(
+        self,
+        variant: Variant,
+        framebuffer: moderngl.Framebuffer,
+        records: moderngl.Buffer,
+        index: moderngl.Buffer,
+        values: Mapping[str, Any],
+    ) -> moderngl.VertexArray:
+        """Sets the program and the viewport of a variant; returns what is to be rendered."""
+        program = self._program(variant)
+        guard = 0 if variant.quads else int(np.ceil(self.point_limit_px / 2))
+        width, height = framebuffer.size
+        _set(program, {"u_size_px": (width, height), "u_guard_px": float(guard), **values})
+        framebuffer.viewport = (-guard, -guard, width + 2 * guard, height + 2 * guard)
+        framebuffer.use()
+        return self._array(variant, program, records, index)
+
     def _array(
-        self, variant: Variant, program: moderngl.Program, records: moderngl.Buffer
+        self, variant: Variant, program: moderngl.Program, records: moderngl.Buffer, index: moderngl.Buffer
     ) -> moderngl.VertexArray:
         if made := self._arrays.get(variant):
-            if made[1] is records:
+            if made[1] is records and made[2] is index:
                 return made[0]
             made[0].release()
         content: list[tuple[Any, ...]] = [(records, RECORD_FORMAT, *RECORD_ATTRIBUTES)]
         if variant.ranked:
             content.append((self._ranks, "1u4", "in_rank"))
-        array = self.ctx.vertex_array(program, content, self._index, 4, skip_errors=True)
-        self._arrays[variant] = (array, records)
+        array = self.ctx.vertex_array(program, content, index, 4, skip_errors=True)
+        self._arrays[variant] = (array, records, index)
         return array
 
     def _release_arrays(self) -> None:
-        for array, _ in self._arrays.values():
+        for array, _, _ in self._arrays.values():
             array.release()
         self._arrays = {}
 
@@ -163,6 +194,13 @@ def _replaced(ctx: moderngl.Context, buffer: moderngl.Buffer | None, size: int) 
     if buffer is not None:
         buffer.release()
     return ctx.buffer(reserve=size, dynamic=True)
+
+
+def _bound(textures: Mapping[str, moderngl.Texture]) -> dict[str, int]:
+    """Binds textures to units; returns the values of their samplers."""
+    for unit, texture in enumerate(textures.values()):
+        texture.use(unit)
+    return {name: unit for unit, name in enumerate(textures)}
 
 
 def _set(program: moderngl.Program, values: Mapping[str, Any]) -> None:

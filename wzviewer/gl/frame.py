@@ -1,16 +1,16 @@
 """What `SurfelRenderer.render` returns: the picture on the GPU, and how to read it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal, Protocol
 
 import moderngl
 import numpy as np
 
 from wzviewer.core.camera import Camera
 from wzviewer.core.reference import Blend
-from wzviewer.core.types import ByteArray, DoubleArray, FloatArray, IntArray
-from wzviewer.gl.order import Run, UIntArray
+from wzviewer.core.types import BoolArray, ByteArray, DoubleArray, FloatArray, IntArray
+from wzviewer.gl.order import Run
 from wzviewer.gl.present import Presenter, Rgba, Viewport
 
 Output = Literal["color", "coverage", "depth", "level"]
@@ -30,8 +30,10 @@ class RenderSettings:
         outputs: depth and level cost about five more passes.
         culling: False draws every chunk (to test the culling).
         quads: None chooses points where they fit; True and False force one.
-        stride: draws one surfel in so many, grown to cover for the others: for slow drivers while the
-            camera moves.  5 is best: in rows of 128 pixels (`core.lift`) it picks an even lattice.
+        contribution_min: surfels whose opacity times area on the screen, px^2, is less are left out; 0
+            draws all.  About 0.5 is invisible on a level that is seen far below its own scale.
+        spacing_px: levels whose merged surfels (2x2, 4x4) would be at most this far apart on the screen
+            are drawn with those: for a camera in motion on a slow machine.  0 draws every surfel.
     """
 
     blend: Blend = "transmittance"
@@ -41,7 +43,19 @@ class RenderSettings:
     outputs: frozenset[Output] = frozenset({"color"})
     culling: bool = True
     quads: bool | None = None
-    stride: int = 1
+    contribution_min: float = 0.0
+    spacing_px: float = 0.0
+
+
+@dataclass(frozen=True)
+class DrawCost:
+    """What a rasteriser says of a frame; see `FrameStats`."""
+
+    num_drawn: int = 0
+    sort_ms: float = 0.0
+    draw_ms: float = 0.0
+    rasterizer: str = ""
+    quads: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,10 +67,12 @@ class FrameStats:
         num_surfels: surfels of the visible levels.
         num_chunks: chunks drawn.
         cull_ms: choosing chunks.
-        sort_ms: keys and sort; 0 when the last order was reused.
-        draw_ms: upload of the order and submission; on a software driver most of the drawing.
-        quads: whether footprints were too big for points.
-        gpu_bytes: GPU memory held by the renderer.
+        sort_ms: keys and sort, wherever they ran.
+        draw_ms: all else: projection and compositing, or upload of the order and submission.
+        rasterizer: ``shaders`` or ``kernels``.
+        quads: whether some footprints were too big for points (shaders).
+        gpu_bytes: memory held by the renderer for the scene and the frame.
+        is_exact: whether order and surfels are those of this very camera; False for a frame in motion.
     """
 
     num_visible: int = 0
@@ -65,8 +81,10 @@ class FrameStats:
     cull_ms: float = 0.0
     sort_ms: float = 0.0
     draw_ms: float = 0.0
+    rasterizer: str = ""
     quads: bool = False
     gpu_bytes: int = 0
+    is_exact: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,18 +92,16 @@ class MedianMap:
     """The surfel at which transmittance crosses 1/2, per pixel.
 
     Attributes:
-        ranks: (h, w) place in the order; ``len(order)`` or more where undefined.
-        order: (n,) record numbers, nearest first.
-        runs: where records come from.
+        places: (h, w) place in the concatenated runs; -1 where undefined.
+        runs: what the places count through.
     """
 
-    ranks: UIntArray
-    order: UIntArray
+    places: IntArray
     runs: Sequence[Run]
 
     def relief(self, anchor_depth: float, unit: float) -> DoubleArray:
         """(z - anchor_depth) / unit, (h, w) float64; nan where undefined."""
-        out = np.full(self.ranks.shape, np.nan)
+        out = np.full(self.places.shape, np.nan)
         for run, pixels, at in self._by_run():
             means = run.columns[:, at].astype(np.float64)
             out[pixels] = (run.view.depth - anchor_depth) / unit + run.frame.unit / unit * (
@@ -95,37 +111,51 @@ class MedianMap:
 
     def levels(self) -> IntArray:
         """Level index, (h, w) int32; -1 where undefined."""
-        out = np.full(self.ranks.shape, -1, np.int32)
+        out = np.full(self.places.shape, -1, np.int32)
         for run, pixels, _ in self._by_run():
-            out[pixels] = run.level
+            out[pixels] = run.level.index
         return out
 
-    def _by_run(self) -> list[tuple[Run, Any, Any]]:
-        defined = self.ranks < len(self.order)
-        records = self.order[np.where(defined, self.ranks, 0)] if len(self.order) else self.ranks
-        found = []
+    def _by_run(self) -> Iterator[tuple[Run, BoolArray, IntArray]]:
+        first = 0
         for run in self.runs:
-            at, between = np.divmod(records.astype(np.int64) - run.first_record, run.stride)
-            pixels = defined & (at >= 0) & (at < len(run)) & (between == 0)
+            pixels = (self.places >= first) & (self.places < first + len(run))
             if pixels.any():
-                found.append((run, pixels, at[pixels]))
-        return found
+                yield run, pixels, self.places[pixels] - first
+            first += len(run)
+
+
+class Picture(Protocol):
+    """Where a rasteriser left its picture."""
+
+    @property
+    def texture(self) -> moderngl.Texture:
+        """Premultiplied RGBA, first row = top of the image."""
+        ...
+
+    def read(self) -> FloatArray:
+        """Premultiplied colour and coverage, (h, w, 4) float32."""
+        ...
+
+    def read8(self, presenter: Presenter, background: Rgba, closed_coverage: float) -> ByteArray:
+        """Composited over a background, (h, w, 4) uint8."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A rendered view; its texture is valid until the next `render`.
+    """A rendered view; its picture is valid until the next `render`.
 
     Attributes:
         camera: that was rendered.
         settings: with which.
-        texture: premultiplied RGBA, first row = top of the image; None for an empty size.
+        picture: None for an empty size.
         stats: of the frame.
     """
 
     camera: Camera
     settings: RenderSettings
-    texture: moderngl.Texture | None
+    picture: Picture | None
     stats: FrameStats
     _presenter: Presenter
     _median: MedianMap | None = field(default=None)
@@ -139,16 +169,13 @@ class Frame:
         self, framebuffer: moderngl.Framebuffer, viewport: Viewport | None = None, smooth: bool = True
     ) -> None:
         """Draws the frame over its background into a framebuffer (see `Presenter.draw`)."""
-        if self.texture is not None:
+        if self.picture is not None:
             look = (self.settings.background, self.settings.closed_coverage)
-            self._presenter.draw(self.texture, framebuffer, *look, viewport, smooth)
+            self._presenter.draw(self.picture.texture, framebuffer, *look, viewport, smooth)
 
     def read_color(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""
-        if self.texture is None:
-            return np.zeros((*self.shape, 4), np.float32)
-        data = np.frombuffer(self.texture.read(alignment=1), np.dtype(self.texture.dtype))
-        return data.reshape(*self.shape, 4).astype(np.float32)
+        return np.zeros((*self.shape, 4), np.float32) if self.picture is None else self.picture.read()
 
     def read_color8(self) -> ByteArray:
         """Colour over the background, (h, w, 3) uint8."""
@@ -195,6 +222,6 @@ class Frame:
         return self._median
 
     def _read8(self, background: Rgba) -> ByteArray:
-        if self.texture is None:
+        if self.picture is None:
             return np.zeros((*self.shape, 4), np.uint8)
-        return self._presenter.read(self.texture, background, self.settings.closed_coverage)
+        return self.picture.read8(self._presenter, background, self.settings.closed_coverage)

@@ -6,13 +6,13 @@ keeps the last one that lets more than half through.  Each pass fixes 4 bits of 
 for a million surfels.  Multiplication commutes, so the passes need no order, and the result is exact.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import moderngl
 import numpy as np
 
-from wzviewer.gl.draw import SurfelDraw, Variant
+from wzviewer.gl.draw import Segment, SurfelDraw, Variant
 from wzviewer.gl.order import UIntArray
 from wzviewer.gl.shader import load_program
 from wzviewer.gl.targets import Target
@@ -43,6 +43,7 @@ class MedianPass:
         num_ranks: int,
         records: moderngl.Buffer,
         textures: Mapping[str, moderngl.Texture],
+        segments: Sequence[Segment],
     ) -> UIntArray:
         """Searches the order that `draw` holds (with its ranks set).
 
@@ -53,6 +54,7 @@ class MedianPass:
             num_ranks: surfels in the order.
             records: the surfel buffer.
             textures: by sampler name.
+            segments: of the order.
 
         Returns:
             (h, w) uint32; ``num_ranks`` or more where the transmittance stays above 1/2.
@@ -63,7 +65,7 @@ class MedianPass:
         num_passes = max(1, int(np.ceil(np.log2(num_ranks + 1) / 4 - 1e-9)))
         for place in reversed(range(num_passes)):
             step = CANDIDATES**place
-            self._multiply(draw, replace(variant, ranked=True), records, textures, step)
+            self._multiply(draw, replace(variant, ranked=True), records, textures, step, segments)
             self._narrow(step)
         data = self._low[0].texture.read(alignment=1)
         return np.frombuffer(data, np.uint32).reshape(size_px[1], size_px[0])
@@ -82,13 +84,14 @@ class MedianPass:
         records: moderngl.Buffer,
         textures: Mapping[str, moderngl.Texture],
         step: int,
+        segments: Sequence[Segment],
     ) -> None:
         target = self._factors.framebuffer
         target.clear(1.0, 1.0, 1.0, 1.0)
         self.ctx.enable_only(moderngl.BLEND | moderngl.PROGRAM_POINT_SIZE)
         self.ctx.blend_func = (moderngl.ZERO, moderngl.SRC_COLOR)
         sources = {**textures, "t_low": self._low[0].texture}
-        draw.draw(variant, target, records, sources, {"u_step": step})
+        draw.draw(variant, target, records, sources, {"u_step": step}, segments)
 
     def _narrow(self, step: int) -> None:
         self.ctx.enable_only(moderngl.NOTHING)

@@ -7,46 +7,66 @@ above the index, so one sort of uint64 is exact and total: equal depths go by in
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.reference import DEPTH_QUANTUM, Focus, depth_row
+from wzviewer.core.scene import Level
+from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray
+
+if TYPE_CHECKING:
+    from wzviewer.gl.visible import SurfelSet
 
 UIntArray = NDArray[np.uint32]
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Consecutive surfels of one level that survived culling.
+    """Consecutive surfels of one set that survived culling.
 
     Attributes:
-        columns: (3, n) float32, means as columns.
+        source: the set.
+        piece: where the run lies in it.
         view: the rendering camera about the level's anchor.
-        frame: the level's frame.
+        level: that the set belongs to.
         first_record: where the run starts in the surfel buffer.
-        level: index of the level.
-        first_surfel: where the run starts in the level.
-        stride: records and surfels advance by this much.
+        is_big: whether footprints may be too large for points.
+        is_plain: whether Eq. 3 is certain to give all of them w = 1.
     """
 
-    columns: FloatArray
+    source: "SurfelSet"
+    piece: slice
     view: AnchoredView
-    frame: LevelFrame
+    level: Level
     first_record: int
-    level: int
-    first_surfel: int
-    stride: int = 1
+    is_big: bool = False
+    is_plain: bool = False
 
     def __len__(self) -> int:
-        return self.columns.shape[1]
+        return int(self.piece.stop - self.piece.start)
+
+    @property
+    def columns(self) -> FloatArray:
+        """(3, n) float32, means as columns."""
+        return self.source.columns[:, self.piece]
+
+    @property
+    def surfels(self) -> Surfels:
+        """The surfels, (n)."""
+        return self.source.surfels.take(self.piece)
+
+    @property
+    def frame(self) -> LevelFrame:
+        """The level's frame."""
+        return self.level.frame
 
     def records(self) -> UIntArray:
         """Record numbers, (n,)."""
-        stop = self.first_record + self.stride * len(self)
-        return np.arange(self.first_record, stop, self.stride, dtype=np.uint32)
+        return np.arange(self.first_record, self.first_record + len(self), dtype=np.uint32)
 
 
 def relative_depths(columns: FloatArray, view: AnchoredView, frame: LevelFrame, focus: Focus) -> FloatArray:
@@ -84,19 +104,23 @@ def front_to_back(depth: FloatArray) -> UIntArray:
     return keys.astype(np.uint32)
 
 
-def order_runs(runs: Sequence[Run], focus: Focus) -> UIntArray:
-    """Record numbers of all runs, nearest first, (n,) uint32.
+def order_places(runs: Sequence[Run], focus: Focus) -> UIntArray:
+    """Places in the concatenated runs, nearest first, (n,) uint32.
 
     Args:
         runs: in scene order: level by level, and by index within a level (this settles ties).
         focus: of the rendered view.
     """
-    total = sum(len(run) for run in runs)
-    depth, records = np.empty(total, np.float32), np.empty(total, np.uint32)
+    depth = np.empty(sum(len(run) for run in runs), np.float32)
     start = 0
     for run in runs:
-        piece = slice(start, start + len(run))
-        depth[piece] = relative_depths(run.columns, run.view, run.frame, focus)
-        records[piece] = run.records()
+        depth[start : start + len(run)] = relative_depths(run.columns, run.view, run.frame, focus)
         start += len(run)
-    return records[front_to_back(depth)]
+    return front_to_back(depth)
+
+
+def order_runs(runs: Sequence[Run], focus: Focus) -> UIntArray:
+    """Record numbers of all runs, nearest first, (n,) uint32; see `order_places`."""
+    if not runs:
+        return np.empty(0, np.uint32)
+    return np.concatenate([run.records() for run in runs])[order_places(runs, focus)]

@@ -158,7 +158,11 @@ def _rewritten(message: str, sources: Mapping[str, ShaderSource]) -> ShaderError
     stage = next((s for s in sources if s in message), "")
     table = sources[stage].files if stage else [f for s in sources.values() for f in s.files]
     lines = [_place(line.strip(), table) for line in message.splitlines()]
-    told = [line for line in lines if line and not line.startswith("=") and line not in (*STAGES, "compute_shader")]
+    told = [
+        line
+        for line in lines
+        if line and not line.startswith("=") and line not in (*STAGES, "compute_shader")
+    ]
     # Drivers sometimes name the wrong source index, so the files are listed too.
     return ShaderError("shader", "; ".join(told), f"Files: {', '.join(table)}")
 

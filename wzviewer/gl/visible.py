@@ -1,12 +1,19 @@
-"""The CPU side of a frame: which surfels are drawn, in which order.  No OpenGL here.
+"""Which surfels a frame needs.  No OpenGL here, so it may run on any thread.
 
-`Prepared` depends on the scene and the camera alone, so it is kept while both stay, and may be made
-on another thread than the one that draws.
+::
+
+    LevelState (what has arrived of a level) ──┐
+    camera ────────────────────────────────────┼─ select ──► Selection: runs of surfels, Eq. 3 per level
+                                               │               └─ order ──► Ordered: nearest first
+
+Cost follows what is visible: a level is looked at chunk by chunk only when the box around it may be
+seen, a chunk's surfels only when its own may, and a cover of Eq. 3 is kept only where it acts.
 """
 
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,182 +23,298 @@ from wzviewer.core.opacity import Modulation
 from wzviewer.core.reference import Focus, focus_of
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
-from wzviewer.core.types import FloatArray, IntArray
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray, IntArray
 from wzviewer.gl.cull import (
+    EXTENT_SIGMAS,
     ChunkBounds,
     chunk_radii_px,
     clipped,
+    fades_in,
     in_frustum,
+    log_ratio,
+    may_cover,
     unmodulated,
     view_slabs,
     weightless,
 )
-from wzviewer.gl.order import Run, UIntArray, order_runs
+from wzviewer.gl.order import Run, UIntArray, order_places
+
+
+@dataclass(frozen=True, eq=False)
+class SurfelSet:
+    """Surfels that have arrived: the exact ones of a level, or a merged form of them.
+
+    Attributes:
+        surfels: in the level's frame.
+        bounds: of its chunks.
+        first_records: (chunks,) record number of each chunk.
+        chunk_surfels: surfels per chunk.
+        cell_px: native pixels along a side of what was merged into one; 1 for the exact ones.
+    """
+
+    surfels: Surfels
+    bounds: ChunkBounds
+    first_records: IntArray
+    chunk_surfels: int
+    cell_px: int = 1
+
+    @cached_property
+    def columns(self) -> FloatArray:
+        """(3, n) float32, the means as columns (for the keys)."""
+        return np.ascontiguousarray(self.surfels.means.T)
+
+    @cached_property
+    def hull(self) -> ChunkBounds:
+        """One box around all."""
+        return self.bounds.hull()
+
+    def spans(self, chunks: IntArray, kinds: IntArray) -> list[tuple[slice, int, int]]:
+        """Joins chunks, ascending, to (surfels, first record, kind) of consecutive records and one kind."""
+        if not len(chunks):
+            return []
+        records = self.first_records[chunks]
+        split = (np.diff(chunks) != 1) | (np.diff(records) != self.chunk_surfels) | (np.diff(kinds) != 0)
+        firsts = np.concatenate([[0], np.flatnonzero(split) + 1])
+        lasts = np.concatenate([firsts[1:], [len(chunks)]]) - 1
+        size, total = self.chunk_surfels, len(self.surfels)
+        starts, stops = chunks[firsts] * size, np.minimum((chunks[lasts] + 1) * size, total)
+        pieces = [slice(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
+        return list(zip(pieces, records[firsts].tolist(), kinds[firsts].tolist(), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
 class LevelState:
-    """A level that is complete on the GPU.
+    """A level that is drawn.
 
     Attributes:
         level: its description.
-        surfels: the version that is on the GPU.
-        bounds: of its chunks.
-        columns: (3, n) float32, the means as columns (for the keys).
-        first_records: (chunks,) record number of each chunk.
+        sets: its exact surfels, then merged forms of growing cells that have arrived.
         modulation: its parent and covers among the levels that are drawn.
-        chunk_surfels: surfels per chunk.
+        native_row: (4,) ``(g, base)`` of its own camera about its anchor.
     """
 
     level: Level
-    surfels: Surfels
-    bounds: ChunkBounds
-    columns: FloatArray
-    first_records: IntArray
+    sets: tuple[SurfelSet, ...]
     modulation: Modulation
-    chunk_surfels: int
+    native_row: DoubleArray
 
     @classmethod
-    def measure(
-        cls, level: Level, surfels: Surfels, records: IntArray, modulation: Modulation, chunk_surfels: int
-    ) -> "LevelState":
-        """Measures the chunks of a level's surfels."""
-        bounds = ChunkBounds.of_surfels(surfels, chunk_surfels)
-        columns = np.ascontiguousarray(surfels.means.T)
-        return cls(level, surfels, bounds, columns, records, modulation, chunk_surfels)
+    def of(cls, level: Level, sets: tuple[SurfelSet, ...], modulation: Modulation) -> "LevelState":
+        """Returns the state of a level."""
+        native_row = AnchoredView.expand(level.camera, level.frame).rows[2]
+        return cls(level, sets, modulation, native_row)
 
-    def moved(self, level: Level, records: IntArray, modulation: Modulation) -> "LevelState":
-        """Returns the same surfels with new records and covers."""
-        return replace(self, level=level, first_records=records, modulation=modulation)
 
-    def run(self, first_chunk: int, last_chunk: int, view: AnchoredView, stride: int = 1) -> Run:
-        """Returns chunks first..last (inclusive, consecutive records) as one run."""
-        start = first_chunk * self.chunk_surfels
-        stop = min((last_chunk + 1) * self.chunk_surfels, len(self.surfels))
-        skipped = -start % stride  # which surfels are drawn must not depend on what was culled
-        record = int(self.first_records[first_chunk]) + skipped
-        columns = self.columns[:, start + skipped : stop : stride]
-        return Run(columns, view, self.level.frame, record, self.level.index, start + skipped, stride)
+@dataclass(frozen=True)
+class Choice:
+    """What decides the selection, beside the scene and the camera.
 
-    def runs(self, chunks: IntArray, view: AnchoredView, stride: int = 1) -> list[Run]:
-        """Joins chunks, ascending, into runs of consecutive records."""
-        if not len(chunks):
-            return []
-        records = self.first_records[chunks]
-        breaks = np.flatnonzero((np.diff(chunks) != 1) | (np.diff(records) != self.chunk_surfels)) + 1
-        return [self.run(int(part[0]), int(part[-1]), view, stride) for part in np.split(chunks, breaks)]
+    Attributes:
+        modulated: whether Eq. 3 applies.
+        culling: False keeps every chunk.
+        spacing_px: merged surfels are taken where theirs are at most this far apart on the screen.
+        contribution_min: surfels whose opacity times area, px^2, is less may be left out.
+        margin_px: chunks this far outside the image are kept too, for a camera that moves on.
+        point_limit_px: surfels of chunks with larger footprints are marked big.
+    """
+
+    modulated: bool = True
+    culling: bool = True
+    spacing_px: float = 0.0
+    contribution_min: float = 0.0
+    margin_px: float = 0.0
+    point_limit_px: float = np.inf
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
-    """What to draw for a camera.
+class SeenLevel:
+    """The part of a level that may contribute to a view.
 
     Attributes:
-        views: the camera about each level's anchor, by level index.
-        runs: surviving surfels, in scene order.
-        order: (n,) record numbers, nearest first.
+        runs: its surfels.
+        modulation: with the covers that act there, or None where w = 1 is certain.
         radius_px: bound of the footprint radii.
-        is_unit_weight: whether w = 1 is certain for all of them.
-        num_chunks: chunks that survived.
-        num_surfels: surfels before culling.
-        cull_ms: time of the culling.
+        num_chunks: chunks kept.
+    """
+
+    runs: tuple[Run, ...]
+    modulation: Modulation | None
+    radius_px: float
+    num_chunks: int
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """What to draw for a camera, unordered.
+
+    Attributes:
+        camera: that it is for.
+        focus: of the view.
+        views: the camera about each level's anchor, by index of the levels that are seen.
+        seen: by level index, ascending.
+        num_surfels: surfels of the levels that are drawn, before culling.
+        cull_ms: time of the selection.
+    """
+
+    camera: Camera
+    focus: Focus
+    views: Mapping[int, AnchoredView]
+    seen: Mapping[int, SeenLevel]
+    num_surfels: int
+    cull_ms: float
+
+    @cached_property
+    def runs(self) -> list[Run]:
+        """All runs, in scene order: level by level, and by index within a level."""
+        return [run for level in self.seen.values() for run in level.runs]
+
+    @property
+    def num_selected(self) -> int:
+        """Surfels of all runs."""
+        return sum(len(run) for run in self.runs)
+
+    @property
+    def num_chunks(self) -> int:
+        """Chunks that were kept."""
+        return sum(level.num_chunks for level in self.seen.values())
+
+    @property
+    def radius_px(self) -> float:
+        """Bound of the footprint radii."""
+        return max((level.radius_px for level in self.seen.values()), default=0.0)
+
+    @property
+    def is_unit_weight(self) -> bool:
+        """Whether w = 1 is certain for every surfel."""
+        return all(level.modulation is None for level in self.seen.values())
+
+    def ordered(self) -> "Ordered":
+        """Sorts all runs."""
+        began = time.perf_counter()
+        places = order_places(self.runs, self.focus)
+        return Ordered(self, places, 1e3 * (time.perf_counter() - began))
+
+
+@dataclass(frozen=True, eq=False)
+class Ordered:
+    """A selection and its exact order.
+
+    Attributes:
+        selection: what is drawn.
+        places: (n,) places in the concatenated runs, nearest first.
         sort_ms: time of keys and sort.
     """
 
-    views: Mapping[int, AnchoredView]
-    runs: list[Run]
-    order: UIntArray
-    radius_px: float
-    is_unit_weight: bool
-    num_chunks: int
-    num_surfels: int
-    cull_ms: float
+    selection: Selection
+    places: UIntArray
     sort_ms: float
 
-
-@dataclass(frozen=True, eq=False)
-class SeenChunks:
-    """Chunks of a level that may contribute to a view.
-
-    Attributes:
-        chunks: (k,) int32, ascending.
-        radius_px: bound of the footprint radii.
-        is_unit_weight: whether w = 1 is certain for all of them.
-    """
-
-    chunks: IntArray
-    radius_px: float
-    is_unit_weight: bool
-
-    @classmethod
-    def of_level(
-        cls, state: LevelState, view: AnchoredView, size_px: tuple[int, int], modulated: bool, growth: float
-    ) -> "SeenChunks":
-        """Culls by frustum and by weight."""
-        bounds = replace(state.bounds, sigmas=state.bounds.sigmas * np.float32(growth))
-        keep = in_frustum(bounds, view, size_px)
-        slabs = view_slabs(bounds, view, size_px)
-        part = clipped(bounds, slabs)
-        if modulated:
-            for region in (part, slabs):
-                keep = keep & ~weightless(region, view, state.modulation)
-        radii = chunk_radii_px(part, view)[keep]
-        sure = not modulated or bool(unmodulated(part, view, state.modulation)[keep].all())
-        return cls(np.flatnonzero(keep).astype(np.int32), float(radii.max(initial=0.0)), sure)
-
-    @classmethod
-    def all_of(cls, state: LevelState, view: AnchoredView, modulated: bool) -> "SeenChunks":
-        """Culls nothing."""
-        radii = chunk_radii_px(state.bounds, view)
-        return cls(np.arange(len(radii), dtype=np.int32), float(radii.max(initial=0.0)), not modulated)
+    def records(self) -> UIntArray:
+        """Record numbers, nearest first, (n,) uint32."""
+        runs = self.selection.runs
+        if not runs:
+            return self.places
+        return np.concatenate([run.records() for run in runs])[self.places]
 
 
-def growth_of(stride: int) -> float:
-    """How much larger footprints have to be where one in `stride` is drawn."""
-    return float(np.sqrt(stride))
-
-
-def prepare(
-    states: Mapping[int, LevelState],
-    camera: Camera,
-    modulated: bool = True,
-    culling: bool = True,
-    stride: int = 1,
-) -> Prepared:
-    """Culls and orders.
+def select(states: Mapping[int, LevelState], camera: Camera, choice: Choice) -> Selection:
+    """Chooses the surfels that may contribute to a view.
 
     Args:
         states: of the levels that are drawn, by level index, ascending.
         camera: the rendering camera.
-        modulated: whether Eq. 3 applies.
-        culling: False keeps every chunk.
-        stride: keeps one surfel in so many, grown by its square root.
+        choice: what decides.
     """
     began = time.perf_counter()
     views = {i: AnchoredView.expand(camera, state.level.frame) for i, state in states.items()}
+    focus = focus_of(camera, [state.level.frame for state in states.values()])
     size_px = (camera.width, camera.height)
-    seen = {
-        i: SeenChunks.of_level(state, views[i], size_px, modulated, growth_of(stride))
-        if culling
-        else SeenChunks.all_of(state, views[i], modulated)
-        for i, state in states.items()
-    }
-    runs = [run for i, state in states.items() for run in state.runs(seen[i].chunks, views[i], stride)]
-    culled = time.perf_counter()
-    order = order_runs(runs, _focus(states, camera))
-    sorted_at = time.perf_counter()
-    return Prepared(
-        views=views,
-        runs=runs,
-        order=order,
-        radius_px=max((level.radius_px for level in seen.values()), default=0.0),
-        is_unit_weight=all(level.is_unit_weight for level in seen.values()),
-        num_chunks=sum(len(level.chunks) for level in seen.values()),
-        num_surfels=sum(len(state.surfels) for state in states.values()),
-        cull_ms=1e3 * (culled - began),
-        sort_ms=1e3 * (sorted_at - culled),
+    seen = {i: _see(state, views[i], size_px, choice) for i, state in states.items()}
+    seen = {i: level for i, level in seen.items() if level.num_chunks}
+    total = sum(len(state.sets[0].surfels) for state in states.values())
+    kept = {i: views[i] for i in seen}
+    return Selection(camera, focus, kept, seen, total, 1e3 * (time.perf_counter() - began))
+
+
+def _see(state: LevelState, view: AnchoredView, size_px: tuple[int, int], choice: Choice) -> SeenLevel:
+    if not choice.culling:
+        return _everything(state, view, choice)
+    hull = state.sets[0].hull
+    if not _may_be_seen(hull, view, size_px, state.modulation, choice):
+        return SeenLevel((), None, 0.0, 0)
+    chosen = _choose_set(state, view, size_px, choice)
+    kept = in_frustum(chosen.bounds, view, size_px, choice.margin_px)
+    slabs = view_slabs(chosen.bounds, view, size_px, choice.margin_px)
+    part = clipped(chosen.bounds, slabs)
+    modulation = state.modulation
+    if choice.modulated:
+        modulation = _acting(modulation, part.take(kept), view)
+        for region in (part, slabs):
+            kept = kept & ~weightless(region, view, modulation)
+    radii = chunk_radii_px(part, view)
+    kept = kept & (2.0 * np.pi * (radii / EXTENT_SIGMAS) ** 2 >= choice.contribution_min)
+    chunks = np.flatnonzero(kept).astype(np.int32)
+    plain = np.ones(len(chunks), bool)
+    if choice.modulated:
+        plain = unmodulated(part.take(chunks), view, modulation, state.native_row)
+    return _seen(state, chosen, chunks, radii[chunks], plain, view, modulation, choice)
+
+
+def _may_be_seen(
+    hull: ChunkBounds, view: AnchoredView, size_px: tuple[int, int], modulation: Modulation, choice: Choice
+) -> bool:
+    """Looks at the box around a level: cheap, and enough for most levels of a deep or wide tree."""
+    if choice.modulated and not fades_in(hull, view, modulation)[0]:
+        return False
+    return bool(in_frustum(hull, view, size_px, choice.margin_px)[0])
+
+
+def _acting(modulation: Modulation, kept: ChunkBounds, view: AnchoredView) -> Modulation:
+    """Leaves out covers that take nothing from the kept chunks."""
+    if not modulation.covers or not len(kept):
+        return modulation
+    hull = kept.hull()
+    near = [c for c in modulation.covers if may_cover(hull, view, c)[0]]
+    return replace(modulation, covers=tuple(c for c in near if may_cover(kept, view, c).any()))
+
+
+def _choose_set(state: LevelState, view: AnchoredView, size_px: tuple[int, int], choice: Choice) -> SurfelSet:
+    """The coarsest form whose surfels are near enough to each other on the screen."""
+    if choice.spacing_px <= 0.0 or len(state.sets) == 1:
+        return state.sets[0]
+    bounds = state.sets[0].bounds
+    part = clipped(bounds, view_slabs(bounds, view, size_px)).take(in_frustum(bounds, view, size_px))
+    octaves = log_ratio(state.native_row, view.rows[2], part.corners)  # of magnification
+    if not octaves.size or not np.isfinite(octaves).all():
+        return state.sets[0]
+    native_px = 2.0 ** float(octaves.max())
+    fitting = [s for s in state.sets if s.cell_px * native_px <= choice.spacing_px]
+    return max(fitting, key=lambda s: s.cell_px, default=state.sets[0])
+
+
+def _everything(state: LevelState, view: AnchoredView, choice: Choice) -> SeenLevel:
+    exact = state.sets[0]
+    radii = chunk_radii_px(exact.bounds, view)
+    chunks = np.arange(len(radii), dtype=np.int32)
+    plain = np.full(len(chunks), not choice.modulated)
+    return _seen(state, exact, chunks, radii, plain, view, state.modulation, choice)
+
+
+def _seen(
+    state: LevelState,
+    chosen: SurfelSet,
+    chunks: IntArray,
+    radii_px: DoubleArray,
+    plain: BoolArray,
+    view: AnchoredView,
+    modulation: Modulation,
+    choice: Choice,
+) -> SeenLevel:
+    big = 2.0 * radii_px > choice.point_limit_px
+    spans = chosen.spans(chunks, (big + 2 * plain).astype(np.int32))
+    runs = tuple(
+        Run(chosen, piece, view, state.level, record, is_big=bool(kind & 1), is_plain=bool(kind & 2))
+        for piece, record, kind in spans
     )
-
-
-def _focus(states: Mapping[int, LevelState], camera: Camera) -> Focus:
-    return focus_of(camera, [state.level.frame for state in states.values()])
+    acting = None if plain.all() else modulation
+    return SeenLevel(runs, acting, float(radii_px.max(initial=0.0)), len(chunks))

@@ -25,6 +25,7 @@ _FOOTPRINT_MAX = np.float32(1e9)  # px; its square still fits float32
 _CENTRE_MAX = np.float32(1e8)  # px
 _MARGIN = np.float32(0.01)  # the cut decides, never the box
 _TWO_LN_2 = np.float32(2.0 * np.log(2.0))
+_PI_LOG2_E = np.float32(np.pi * np.log2(np.e))
 _HALF_LOG2_E = np.float32(0.5) * LOG2_E
 
 
@@ -129,3 +130,16 @@ def project(
             projected[i, 5] = o if seen else ZERO
             projected[i, 6] = hx if seen else CULLED
             projected[i, 7] = hy if seen else CULLED
+
+
+@numba.njit(cache=True, nogil=True, parallel=True, fastmath=SAFE_FLAGS)
+def drop_small(projected: FloatArray, contribution_min: float) -> None:
+    """Culls rows whose opacity times the integral of their Gaussian, px^2, is below a limit."""
+    limit = np.float32(contribution_min)
+    n = projected.shape[0]
+    for block in numba.prange((n + BLOCK - 1) // BLOCK):
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, n)):
+            a, b, c = projected[i, 2], projected[i, 3], projected[i, 4]
+            root = np.sqrt(max(a * c - b * b / (TWO * TWO), ZERO))  # of det K, times log2(e) / 2
+            small = projected[i, 5] * _PI_LOG2_E < limit * root
+            projected[i, 6] = CULLED if small else projected[i, 6]

@@ -4,7 +4,8 @@
 
     begin(capacity)
     add(surfels, view, depth row, weights)*     project, weigh, key: rows in the order of the calls
-    draw(size)                                  sort, bin, composite  ──► planes of colour, transmittance
+    sort()                                      nearest first
+    draw(background)                            bin, composite  ──► planes of colour, transmittance
     median()                                    of what was drawn     ──► rows
 
 A row is the place of a surfel in the order of the calls, so ties in depth go by (call, index).
@@ -44,6 +45,7 @@ class Splatter:
     def __init__(self) -> None:
         self._count = self._num_keys = 0
         self._linear = False
+        self._order = np.empty(0, np.uint32)
         self._size = (0, 0)
         self._lists: tuple[binning.Offsets, binning.Indices] | None = None
         self._planes = Planes(np.empty((3, 0, 0), np.float32), np.empty((0, 0), np.float32))
@@ -80,6 +82,7 @@ class Splatter:
         depth_row: FloatArray,
         weights: FloatArray | None = None,
         texels: FloatArray | None = None,
+        contribution_min: float = 0.0,
     ) -> None:
         """Projects surfels of one level.
 
@@ -89,6 +92,7 @@ class Splatter:
             depth_row: (4,) from `core.reference.depth_row`.
             weights: (n,) Eq. 3 weights, if they are known; neither these nor texels: 1.
             texels: from `Modulation.texels`, to find the weights.
+            contribution_min: surfels whose opacity times area, px^2, is less are left out.
         """
         n, packed = len(surfels), projection.view_vector(view)
         piece = slice(self._count, self._count + n)
@@ -107,12 +111,19 @@ class Splatter:
         else:
             w[:] = weights
             rows[weights <= 0, 6] = projection.CULLED
+        if contribution_min > 0.0:
+            projection.drop_small(rows, contribution_min)
         self._num_keys += binning.depth_keys(
             rows, surfels.means, depth_row, piece.start, self._keys[self._num_keys :]
         )
 
+    def sort(self) -> binning.Indices:
+        """Orders the rows that may be seen, nearest first, (m,) uint32."""
+        self._order = binning.sorted_indices(self._keys[: self._num_keys])
+        return self._order
+
     def draw(self, background: tuple[float, float, float], linear: bool) -> Planes:
-        """Sorts and composites what was added.
+        """Composites what was added and sorted.
 
         Args:
             background: sRGB colour behind everything.
@@ -120,17 +131,12 @@ class Splatter:
         """
         width, height = self._size
         rows = self._rows[: self._count]
-        order = binning.sorted_indices(self._keys[: self._num_keys])
-        self._lists, self._linear = binning.bin_tiles(rows, order, width, height), linear
+        self._lists, self._linear = binning.bin_tiles(rows, self._order, width, height), linear
         planes = self._tiled(width, height)
         behind = np.asarray(background, np.float32)
         weights, colors = self._weights[: self._count], self._colors[: self._count]
         forward.composite(rows, colors, weights, linear, *self._lists, behind, *planes.color, planes.through)
         return planes
-
-    def order(self) -> binning.Indices:
-        """Rows of what may be seen, nearest first, (m,) uint32; after `draw`."""
-        return self._keys[: self._num_keys].astype(np.uint32)
 
     def median(self) -> IntArray:
         """Row of the surfel at which transmittance crosses 1/2, (h, w) int32; -1 where none; after `draw`.
@@ -159,3 +165,26 @@ class Splatter:
         if self._planes.through.shape != shape:
             self._planes = Planes(np.empty((3, *shape), np.float32), np.empty(shape, np.float32))
         return self._planes
+
+
+def warm_up() -> None:
+    """Compiles every kernel of a frame, or loads it from the cache, on a few surfels."""
+    from wzviewer.core.anchor import LevelFrame
+    from wzviewer.core.camera import Camera
+    from wzviewer.core.opacity import Modulation
+    from wzviewer.core.reference import depth_row, focus_of
+    from wzviewer.kernels import presenting
+
+    camera = Camera.initial(8, 8)
+    frame = LevelFrame.of_camera(camera, 1.0)
+    view, splatter = AnchoredView.expand(camera, frame), Splatter()
+    row, texels = depth_row(view, frame, focus_of(camera, [frame])), Modulation(None, ()).texels()
+    splatter.begin(4, 8, 8)
+    splatter.add(Surfels.empty(4), view, row, None, texels, 1.0)
+    splatter.sort()
+    planes = splatter.draw((0.0, 0.0, 0.0), False)
+    splatter.median()
+    presenting.interleave(planes.color, planes.through, np.empty((8, 8, 4), np.float32))
+    presenting.present(
+        planes.color, planes.through, np.zeros(4, np.float32), 1.0, np.empty((8, 8, 4), np.uint8)
+    )

@@ -17,7 +17,7 @@ in uint in_rank;
 
 uniform vec2 u_size_px;
 uniform float u_guard_px;
-uniform float u_growth;  // of the footprints of a thinned scene
+uniform float u_contribution_min;  // opacity times area, px^2
 
 out Footprint {
     flat vec4 v_centre_opacity_weight;
@@ -60,10 +60,12 @@ void main() {
     surfel_axes(quat_opacity.xyz, t1, t2);
     vec3 wx = (view.gx.xyz - q.x * view.g.xyz) / D;  // d p_px / d u
     vec3 wy = (view.gy.xyz - q.y * view.g.xyz) / D;
-    vec2 s = u_growth * exp2(in_logs_coverage.xy);
+    vec2 s = exp2(in_logs_coverage.xy);
     vec2 variance;
     vec3 conic = conic_of_axes(s.x * vec2(dot(wx, t1), dot(wy, t1)), s.y * vec2(dot(wx, t2), dot(wy, t2)), variance);
     vec2 extent = extent_px(variance, opacity);
+    float area = 6.283185307 * inversesqrt(max(conic.x * conic.z - conic.y * conic.y, 1e-30));
+    if (opacity * area < u_contribution_min) { cull(); return; }
     vec2 outside = max(-extent - centre, centre - extent - u_size_px);
     if (!(max(outside.x, outside.y) < 0.0)) { cull(); return; }  // nan is culled too
 

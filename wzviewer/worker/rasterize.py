@@ -98,6 +98,7 @@ def render(
     with KERNELS:
         for part, view in zip(parts, views, strict=True):
             splatter.add(part.surfels, view, depth_row(view, part.frame, focus), part.weights)
+        splatter.sort()
         planes = splatter.draw(background, blend == "linear")
         color = np.ascontiguousarray(planes.color[:, *size].transpose(1, 2, 0))
         rows = splatter.median() if depth else np.full(color.shape[:2], -1, np.int32)

@@ -1,0 +1,145 @@
+"""Draws with the CPU kernels where OpenGL itself is software.
+
+A software driver spends most of a frame on setting up a primitive for each surfel, on one thread.
+The kernels know that all of them are Gaussians: they project, sort, bin and composite the same surfels
+on all cores, front to back, and stop where nothing shines through any more.  OpenGL is left to present
+the picture.  Formulas, order and constants are those of the shaders, and a test holds the two together.
+"""
+
+import threading
+import time
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from wzviewer.core.camera import Camera
+from wzviewer.core.reference import depth_row
+from wzviewer.core.types import ByteArray, FloatArray, IntArray
+from wzviewer.gl.frame import DrawCost, RenderSettings
+from wzviewer.gl.pages import Pages
+from wzviewer.gl.present import Presenter, Rgba
+from wzviewer.gl.targets import Target
+from wzviewer.gl.visible import Selection
+
+
+class HostPicture:
+    """A picture in memory; it becomes a texture when somebody wants to show it."""
+
+    def __init__(self, planes: Any, size: tuple[int, int], target: Target, kernels: Any) -> None:  # noqa: ANN401
+        self._planes, self._size, self._target, self._kernels = planes, size, target, kernels
+        self._texture: moderngl.Texture | None = None
+
+    @property
+    def texture(self) -> moderngl.Texture:
+        """Premultiplied RGBA, first row = top of the image."""
+        if self._texture is None:
+            self._target.resize(*self._size)
+            self._texture = self._target.texture
+            self._texture.write(self.read().tobytes(), alignment=1)
+        return self._texture
+
+    def read(self) -> FloatArray:
+        """Premultiplied colour and coverage, (h, w, 4) float32."""
+        width, height = self._size
+        out = np.empty((height, width, 4), np.float32)
+        self._kernels.interleave(self._planes.color, self._planes.through, out)
+        return out
+
+    def read8(self, presenter: Presenter, background: Rgba, closed_coverage: float) -> ByteArray:
+        """Composited over a background, (h, w, 4) uint8."""
+        width, height = self._size
+        out = np.empty((height, width, 4), np.uint8)
+        behind = np.array(background, np.float32)
+        self._kernels.present(self._planes.color, self._planes.through, behind, closed_coverage, out)
+        return out
+
+
+class Kernels:
+    """The compiled loops, loaded on a thread: the first time on a machine they are compiled for it."""
+
+    def __init__(self) -> None:
+        self._splatting: Any = None
+        self._presenting: Any = None
+        self._error: ImportError | None = None
+        self._thread = threading.Thread(target=self._load, name="kernels", daemon=True)
+        self._thread.start()
+
+    def are_ready(self, wait: bool) -> bool:
+        """Whether they can be used; False for good where numba is not installed."""
+        if wait:
+            self._thread.join()
+        return not self._thread.is_alive() and self._error is None
+
+    def splatter(self) -> Any:  # noqa: ANN401 - of a package that is imported late
+        """Returns a new `kernels.splatting.Splatter`."""
+        return self._splatting.Splatter()
+
+    @property
+    def presenting(self) -> Any:  # noqa: ANN401 - of a package that is imported late
+        """The module `kernels.presenting`."""
+        return self._presenting
+
+    def _load(self) -> None:
+        try:
+            from wzviewer.kernels import presenting, splatting
+        except ImportError as error:
+            self._error = error
+            return
+        splatting.warm_up()
+        self._splatting, self._presenting = splatting, presenting
+
+
+class SoftwareRasterizer:
+    """Draws selections with the kernels.
+
+    Attributes:
+        pages: of the levels; nothing is copied, they only pace the arrival.
+    """
+
+    name = "kernels"
+    point_limit_px = float("inf")
+
+    def __init__(self, ctx: moderngl.Context, kernels: Kernels) -> None:
+        self.pages = Pages()
+        self._kernels = kernels
+        self._splatter = kernels.splatter()
+        self._target = Target(ctx, 4, "f4")
+
+    @property
+    def num_bytes(self) -> int:
+        """Memory of the frame's arrays and of the texture, bytes."""
+        return int(self._splatter.num_bytes) + self._target.num_bytes
+
+    def draw(
+        self, selection: Selection, camera: Camera, settings: RenderSettings
+    ) -> tuple[HostPicture, DrawCost]:
+        """Draws a selection from its own camera."""
+        began = time.perf_counter()
+        size = (camera.width, camera.height)
+        splatter = self._splatter
+        splatter.begin(selection.num_selected, *size)
+        for index, level in selection.seen.items():
+            texels = None if level.modulation is None else level.modulation.texels()
+            view = selection.views[index]
+            for run in level.runs:
+                row = depth_row(view, run.frame, selection.focus)
+                weighing = None if run.is_plain else texels
+                splatter.add(run.surfels, view, row, None, weighing, settings.contribution_min)
+        projected = time.perf_counter()
+        splatter.sort()
+        sorted_at = time.perf_counter()
+        planes = splatter.draw((0.0, 0.0, 0.0), settings.blend == "linear")
+        drawn = time.perf_counter()
+        draw_ms = 1e3 * (drawn - sorted_at + projected - began)
+        cost = DrawCost(splatter.num_drawn, 1e3 * (sorted_at - projected), draw_ms, self.name)
+        return HostPicture(planes, size, self._target, self._kernels.presenting), cost
+
+    def median_places(self) -> IntArray:
+        """Place in the selection's runs where transmittance crosses 1/2, (h, w); -1 where nowhere."""
+        return np.asarray(self._splatter.median())
+
+    def release(self) -> None:
+        """Frees everything."""
+        self.pages.release()
+        self._target.release()
