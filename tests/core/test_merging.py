@@ -85,10 +85,10 @@ def test_a_flat_level_becomes_the_level_of_the_smaller_picture(k):
         sorted_by_place(found, camera),
         sorted_by_place(expected.with_(means=expected.means * k, scales=expected.scales * k), camera),
     )
-    assert np.abs(found.means - expected.means).max() < 1e-4  # native px; measured 2e-5
-    assert np.abs(found.colors - expected.colors).max() < 1e-5  # measured 2e-7
-    assert np.abs(found.scales / expected.scales - 1).max() < 1e-4  # measured 2e-5
-    assert np.abs(found.opacities - expected.opacities).max() < 1e-4  # measured 1e-5
+    assert np.abs(found.means - expected.means).max() < 2e-5  # native px; measured 2e-6
+    assert np.abs(found.colors - expected.colors).max() < 1e-6  # measured 1e-7
+    assert np.abs(found.scales / expected.scales - 1).max() < 1e-5  # measured 2e-6
+    assert np.abs(found.opacities - expected.opacities).max() < 1e-5  # measured 0
 
 
 @pytest.mark.parametrize("k", [2, 4])
@@ -101,10 +101,9 @@ def test_a_plane_stays_that_plane_with_round_footprints(k, slopes):
     z = found.means[:, 2].astype(np.float64)
     q = -z / (1 + z / camera.focal_px)
     on_plane = slopes[0] * (points[:, 0] - 32) + slopes[1] * (points[:, 1] - 24)
-    assert np.abs(q - on_plane).max() < 1e-3  # px; measured 3e-5
-    assert (normals @ np.median(seen_from(exact, camera)[2], 0) > 1 - 1e-6).all()  # measured 2e-8
-    # measured 0.09: a mean position is not quite over the middle of a slanting cell
-    assert np.abs(covariances / (SURFEL_SIGMA_PX * k) ** 2 - np.eye(2)).max() < 0.12
+    assert np.abs(q - on_plane).max() < 1e-4  # px; measured 8e-6
+    assert (normals @ np.median(seen_from(exact, camera)[2], 0) > 1 - 1e-6).all()  # measured 1e-7
+    assert np.abs(covariances / (SURFEL_SIGMA_PX * k) ** 2 - np.eye(2)).max() < 1e-4  # measured 6e-6
 
 
 def test_weight_and_colour_are_kept():
@@ -114,8 +113,8 @@ def test_weight_and_colour_are_kept():
         weights = areas * surfels.opacities
         colors = (weights[:, None] * surfels.colors).sum(0) / weights.sum()
         pixels = camera.width * camera.height
-        assert weights.sum() == pytest.approx(0.99 * pixels * SURFEL_SIGMA_PX**2, rel=2e-3)  # measured 4e-4
-        assert np.abs(colors - noise(camera).mean((0, 1))).max() < 1e-3  # measured 2e-4
+        assert weights.sum() == pytest.approx(0.99 * pixels * SURFEL_SIGMA_PX**2, rel=1e-5)  # measured 5e-8
+        assert np.abs(colors - noise(camera).mean((0, 1))).max() < 1e-5  # measured 8e-7
 
 
 def test_what_fades_a_level_is_averaged():
@@ -124,8 +123,8 @@ def test_what_fades_a_level_is_averaged():
     surfels = surfels.with_(coverage=np.linspace(0, 1, len(surfels), dtype=np.float32))
     found = merged(surfels, camera, LevelFrame.of_camera(camera, 1.0), 2)
     ratio = 1 + found.means[:, 2] / camera.focal_px
-    assert np.abs(found.native_scales / ratio - 1).max() < 1e-4  # measured 1e-6: not times cell_px
-    assert found.coverage.mean() == pytest.approx(0.5, abs=1e-3)  # measured 1e-4
+    assert np.abs(found.native_scales / ratio - 1).max() < 1e-5  # measured 1e-7: not times cell_px
+    assert found.coverage.mean() == pytest.approx(0.5, abs=1e-5)  # measured 0
 
 
 @pytest.mark.parametrize("k", [2, 4])
@@ -173,8 +172,8 @@ def test_a_layer_close_behind_a_slope_stays_hidden(slope, gap):
         render([LevelPart.of(s, frame)], c, depth=False).color[2:-2, 2:-2, 2]
         for s, c in ((both, camera), (found, small))
     ]
-    # measured 0.06 and 0.04-0.06; 0.2 and more without the push
-    assert leaks[1].max() < leaks[0].max() + 0.03
+    # measured 0.003-0.006 and 0.003-0.009; 0.2 where the hidden layer is not pushed back
+    assert leaks[1].max() < leaks[0].max() + 0.01
 
 
 def test_half_transparent_cells_stay_so_and_coincident_ones_multiply():
@@ -210,7 +209,7 @@ def test_a_full_level_closes(k, degrees):
     small = view.resampled(camera.width // k, camera.height // k)
     crop = (slice(8 // k, -8 // k), slice(8 // k, -8 // k))
     after = render([LevelPart.of(found, frame)], small, depth=False).coverage[crop]
-    assert after.min() > before.min() - 0.01  # measured 0.000 and -0.003: as closed as the exact level
+    assert after.min() > before.min() - 1e-4  # measured 3e-7 less, and 0.01 more from the side
 
 
 def painting(camera):
@@ -227,7 +226,7 @@ def painting(camera):
     return image, relief
 
 
-@pytest.mark.parametrize(("k", "degrees", "least"), [(2, 0, 31.0), (4, 0, 26.0), (2, 8, 31.0), (4, 8, 26.0)])
+@pytest.mark.parametrize(("k", "degrees", "least"), [(2, 0, 37.0), (4, 0, 31.0), (2, 8, 32.5), (4, 8, 27.5)])
 def test_minified_it_is_the_picture_and_thinning_is_not(k, degrees, least):
     camera = camera_of(256, 192)
     frame = LevelFrame.of_camera(camera, 1.0)
@@ -241,8 +240,8 @@ def test_minified_it_is_the_picture_and_thinning_is_not(k, degrees, least):
         -10 * np.log10(np.mean((render([LevelPart.of(s, frame)], small, depth=False).color - picture) ** 2))
         for s in (found, thinned)
     ]
-    assert psnr[0] > least
-    assert psnr[0] > psnr[1] + 6
+    assert psnr[0] > least  # dB; measured 38.0, 32.1, 33.4, 28.5
+    assert psnr[0] > psnr[1] + 8  # measured 10.4 to 22
     assert len(found) < 1.1 * len(thinned)
 
 
@@ -256,8 +255,8 @@ def test_the_same_input_gives_the_same_bytes_and_its_order_does_not_matter():
     assert len(third) == len(first)
     for name in SURFEL_SHAPES:
         assert getattr(first, name).tobytes() == getattr(second, name).tobytes()
-    assert np.abs(third.means - first.means).max() < 1e-3  # native px; measured 6e-5
-    assert np.abs(third.colors - first.colors).max() < 1e-5  # measured 6e-8
+    assert np.abs(third.means - first.means).max() < 1e-4  # native px; measured 0
+    assert np.abs(third.colors - first.colors).max() < 1e-6  # measured 0
 
 
 @pytest.mark.parametrize("levels", [6, 12])
@@ -317,3 +316,23 @@ def test_what_the_camera_cannot_see_stays_as_it_was():
 def test_a_cell_is_at_least_a_pixel():
     with pytest.raises(ValueError, match="cell_px"):
         merged(Surfels.empty(), camera_of(), LevelFrame.of_camera(camera_of(), 1.0), 0)
+
+
+def test_it_does_not_matter_which_way_a_normal_points():
+    camera = camera_of()
+    frame = LevelFrame.of_camera(camera, 1.0)
+    surfels = lift(noise(camera), plane_relief(camera, 1.0, 0.5), camera)
+    w, x, y, z = surfels.quats.T
+    turned = np.where(np.arange(len(surfels))[:, None] % 3 == 0, np.stack([-x, w, z, -y], 1), surfels.quats)
+    found, expected = (merged(s, camera, frame, 2) for s in (surfels.with_(quats=turned), surfels))
+    assert np.abs(seen_from(found, camera)[2] - seen_from(expected, camera)[2]).max() < 1e-5  # measured 1e-6
+    assert np.abs(found.scales - expected.scales).max() < 1e-5  # measured 1e-6
+
+
+def test_a_gap_in_a_cell_costs_some_opacity():
+    camera = camera_of()
+    mask = np.ones((48, 64), np.bool_)
+    mask[::2, ::2] = False
+    _, found = merged_level(noise(camera), plane_relief(camera, 0, 0), camera, 2, mask=mask)
+    # three pixels fill 0.88 of their Gaussian; o is between that and 1
+    assert np.allclose(found.opacities, 0.99 * np.sqrt(0.879), atol=2e-3)

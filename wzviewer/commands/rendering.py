@@ -16,6 +16,7 @@ from wzviewer.gl.context import ContextKind, create_context
 from wzviewer.gl.frame import RenderSettings
 from wzviewer.gl.renderer import RasterizerName, SurfelRenderer
 
+KERNELS_WAIT_S = 3.0  # loading them from the cache takes one
 H264_QUALITY = "18"  # constant rate factor: visually lossless
 
 
@@ -30,14 +31,23 @@ def scene_renderer(
     """
     context = create_context(kind)
     try:
-        renderer = SurfelRenderer(context, rasterizer)
+        renderer = SurfelRenderer(context, rasterizer, patient=False)
         try:
+            _wait_for_kernels(renderer)
             renderer.sync(scene)
             yield renderer
         finally:
             renderer.release()
     finally:
         context.close()
+
+
+def _wait_for_kernels(renderer: SurfelRenderer) -> None:
+    """Says what takes so long, the first time on a machine."""
+    if not renderer.is_ready(KERNELS_WAIT_S):
+        with Progress() as progress:
+            progress.line("compiling the drawing kernels for this processor, once: about half a minute")
+        renderer.is_ready(None)
 
 
 def picture(renderer: SurfelRenderer, camera: Camera, settings: RenderSettings | None = None) -> ByteArray:

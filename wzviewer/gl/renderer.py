@@ -66,6 +66,20 @@ class SurfelRenderer:
         """Who draws now: ``shaders`` or ``kernels``."""
         return self._rasterizer.name
 
+    def is_ready(self, wait_s: float | None = 0.0) -> bool:
+        """Waits for the kernels, if they are wanted; the first time on a machine they are compiled.
+
+        Args:
+            wait_s: at most so long; None as long as it takes.
+
+        Returns:
+            Whether the rasteriser is the one that was asked for, as far as this machine has it.
+        """
+        if self._kernels is None:
+            return True
+        self._kernels.are_ready(wait_s)
+        return not self._kernels.are_loading
+
     @property
     def version(self) -> tuple[int, ...]:
         """Changes when what would be drawn changes."""
@@ -168,7 +182,7 @@ class SurfelRenderer:
     # ------------------------------------------------------------- parts
 
     def _choose(self, patient: bool) -> ShaderRasterizer | SoftwareRasterizer:
-        if self._kernels is not None and self._kernels.are_ready(patient):
+        if self._kernels is not None and self._kernels.are_ready(None if patient else 0.0):
             return SoftwareRasterizer(self.context.ctx, self._kernels)
         return ShaderRasterizer(self.context.ctx, self.context.is_software, self._gpu_order)
 
@@ -178,7 +192,7 @@ class SurfelRenderer:
 
     def _take_kernels(self) -> None:
         """Changes over to the kernels once they have been compiled."""
-        if self._kernels is not None and self._kernels.are_ready(wait=False):
+        if self._kernels is not None and self._kernels.are_ready():
             self._rasterizer.release()
             self._use(SoftwareRasterizer(self.context.ctx, self._kernels))
             self._selected = self._ordered = None

@@ -65,11 +65,15 @@ class Kernels:
         self._thread = threading.Thread(target=self._load, name="kernels", daemon=True)
         self._thread.start()
 
-    def are_ready(self, wait: bool) -> bool:
-        """Whether they can be used; False for good where numba is not installed."""
-        if wait:
-            self._thread.join()
-        return not self._thread.is_alive() and self._error is None
+    def are_ready(self, wait_s: float | None = 0.0) -> bool:
+        """Waits for them, None for as long as it takes; False for good where numba is not installed."""
+        self._thread.join(wait_s)
+        return not self.are_loading and self._error is None
+
+    @property
+    def are_loading(self) -> bool:
+        """Whether waiting may help."""
+        return self._thread.is_alive()
 
     def splatter(self) -> Any:  # noqa: ANN401 - of a package that is imported late
         """Returns a new `kernels.splatting.Splatter`."""
