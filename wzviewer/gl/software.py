@@ -79,6 +79,10 @@ class Kernels:
         """Returns a new `kernels.splatting.Splatter`."""
         return self._splatting.Splatter()
 
+    def weights_of(self, is_plain: bool) -> int:
+        """Where the weights of a run come from, as `kernels.footprints` puts it."""
+        return int(self._splatting.PLAIN if is_plain else self._splatting.BY_CAMERAS)
+
     @property
     def presenting(self) -> Any:  # noqa: ANN401 - of a package that is imported late
         """The module `kernels.presenting`."""
@@ -125,11 +129,10 @@ class SoftwareRasterizer:
         splatter.begin(selection.num_selected, *size)
         for index, level in selection.seen.items():
             texels = None if level.modulation is None else level.modulation.texels()
-            view = selection.views[index]
-            for run in level.runs:
-                row = depth_row(view, run.frame, selection.focus)
-                weighing = None if run.is_plain else texels
-                splatter.add(run.surfels, view, row, None, weighing, settings.contribution_min)
+            view, source = selection.views[index], level.runs[0].source  # all runs are of one set
+            row = depth_row(view, level.runs[0].frame, selection.focus)
+            pieces = [(run.piece, self._kernels.weights_of(run.is_plain)) for run in level.runs]
+            splatter.add(source.surfels, view, row, pieces, texels, None, settings.contribution_min)
         projected = time.perf_counter()
         splatter.sort()
         sorted_at = time.perf_counter()

@@ -29,8 +29,9 @@ Offsets = NDArray[np.int64]
 
 def front_to_back(projected: FloatArray, means: FloatArray, depth_row: FloatArray) -> Indices:
     """Returns the visible surfels of one part, nearest first, ties by index; (m,) uint32."""
-    keys = np.empty(len(projected), np.uint64)
-    return sorted_indices(keys[: depth_keys(projected, means, depth_row, 0, keys)])
+    bits, keys = np.empty(len(projected), np.uint32), np.empty(len(projected), np.uint64)
+    _depth_bits(means, depth_row, bits)
+    return sorted_indices(keys[: visible_keys(projected, bits, keys)])
 
 
 def sorted_indices(keys: Keys) -> Indices:
@@ -39,36 +40,23 @@ def sorted_indices(keys: Keys) -> Indices:
     return keys.astype(np.uint32)  # the lower half
 
 
-def depth_keys(
-    projected: FloatArray, means: FloatArray, depth_row: FloatArray, first: int, keys: Keys
-) -> int:
-    """Packs (depth in steps, first + index) of the visible surfels; returns how many.
+def visible_keys(projected: FloatArray, bits: Indices, keys: Keys) -> int:
+    """Packs (depth, row) of the visible surfels; returns how many.
 
     Args:
         projected: (n, 8) from `projection.project`.
-        means: (n, 3) local positions.
-        depth_row: (4,) float32 from `core.reference.depth_row`.
-        first: index of the part's first surfel.
+        bits: (n,) uint32 from `depth_bits`.
         keys: (>= n,) uint64, written from the start.
     """
     starts = np.zeros(-(-len(projected) // BLOCK) + 1, np.int64)
     _count_visible(projected, starts[1:])
     np.cumsum(starts, out=starts)
-    _write_keys(projected, means, depth_row, first, starts, keys)
+    _write_keys(projected, bits, starts, keys)
     return int(starts[-1])
 
 
-@numba.njit(cache=True, nogil=True, parallel=True)
-def _count_visible(projected: FloatArray, counts: Offsets) -> None:
-    for block in numba.prange(counts.size):
-        count = 0
-        for i in range(block * BLOCK, min((block + 1) * BLOCK, projected.shape[0])):
-            count += projected[i, 6] >= ZERO
-        counts[block] = count
-
-
 @numba.njit
-def depth_bits(means: FloatArray, depth_row: FloatArray, i: int) -> np.uint64:
+def depth_bits(means: FloatArray, depth_row: FloatArray, i: int) -> np.uint32:
     """Bits that sort as the depth of a surfel in steps does.
 
     Without fast-math: the same roundings as `gl.order.relative_depths`, so both orders are equal.
@@ -81,18 +69,32 @@ def depth_bits(means: FloatArray, depth_row: FloatArray, i: int) -> np.uint64:
     bits = steps.view(np.int32)
     # flip negatives whole and positives by sign: unsigned order is then float order
     flip = np.int32(bits >> np.int32(31)) | np.int32(-2147483648)
-    return np.uint64(np.uint32(bits ^ flip))
+    return np.uint32(bits ^ flip)
 
 
 @numba.njit(cache=True, nogil=True, parallel=True)
-def _write_keys(
-    projected: FloatArray, means: FloatArray, depth_row: FloatArray, first: int, starts: Offsets, keys: Keys
-) -> None:
+def _depth_bits(means: FloatArray, depth_row: FloatArray, bits: Indices) -> None:
+    for block in numba.prange((means.shape[0] + BLOCK - 1) // BLOCK):
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, means.shape[0])):
+            bits[i] = depth_bits(means, depth_row, i)
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
+def _count_visible(projected: FloatArray, counts: Offsets) -> None:
+    for block in numba.prange(counts.size):
+        count = 0
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, projected.shape[0])):
+            count += projected[i, 6] >= ZERO
+        counts[block] = count
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
+def _write_keys(projected: FloatArray, bits: Indices, starts: Offsets, keys: Keys) -> None:
     for block in numba.prange(starts.size - 1):
         at = starts[block]
         for i in range(block * BLOCK, min((block + 1) * BLOCK, projected.shape[0])):
             if projected[i, 6] >= ZERO:
-                keys[at] = depth_bits(means, depth_row, i) << np.uint64(32) | np.uint64(first + i)
+                keys[at] = np.uint64(bits[i]) << np.uint64(32) | np.uint64(i)
                 at += 1
 
 

@@ -10,7 +10,7 @@ from wzviewer.core.anchor import DEPTH_FLOOR
 from wzviewer.core.constants import WEIGHT_MIN
 from wzviewer.core.opacity import LOG_SPAN_MIN
 from wzviewer.core.types import FloatArray
-from wzviewer.kernels.elementary import BLOCK, HALF, ONE, SAFE_FLAGS, TWO, ZERO, log2
+from wzviewer.kernels.elementary import HALF, ONE, SAFE_FLAGS, TWO, ZERO, log2
 from wzviewer.kernels.projection import CULLED
 
 THREE = np.float32(3.0)
@@ -53,8 +53,8 @@ def _share(cover: FloatArray, means: FloatArray, i: int, render: np.float32) -> 
     return s * s * (THREE - TWO * s) * _ramp(top, render, low)
 
 
-@numba.njit(cache=True, nogil=True, parallel=True, fastmath=SAFE_FLAGS)
-def weigh(
+@numba.njit(fastmath=SAFE_FLAGS)
+def weigh_range(
     means: FloatArray,
     native_scales: FloatArray,
     coverage: FloatArray,
@@ -62,8 +62,11 @@ def weigh(
     texels: FloatArray,
     weights: FloatArray,
     projected: FloatArray,
+    first: int,
+    last: int,
+    row: int,
 ) -> None:
-    """Writes the weight w of every surfel, and culls those that have none.
+    """Writes the weight w of surfels [first, last) from ``row`` on, and culls those that have none.
 
     Args:
         means: (n, 3) local positions.
@@ -71,22 +74,27 @@ def weigh(
         coverage: (n,) product of m over the level and its ancestors.
         view: (13,) from `projection.view_vector`.
         texels: (2 + 5 covers, 4) from `Modulation.texels`.
-        weights: (n,) written, in [0, 1].
-        projected: (n, 8) from `projection.project`; its half extents turn negative where w is 0.
+        weights: (rows,) written, in [0, 1].
+        projected: (rows, 8) from `projection.project_range`; half extents turn negative where w is 0.
+        first: surfel.
+        last: surfel.
+        row: of the first surfel.
     """
-    row, covers = view[8:12], np.int64(texels[1, 0] + HALF)
+    view_row, covers = view[8:12], np.int64(texels[1, 0] + HALF)
     has_parent = texels[1, 1] > HALF
-    n = means.shape[0]
-    for block in numba.prange((n + BLOCK - 1) // BLOCK):
-        for i in range(block * BLOCK, min((block + 1) * BLOCK, n)):
-            render = _log_scale(row, means, i, view[12])
-            w = coverage[i]
-            if has_parent:
-                w *= _ramp(_log_scale(texels[0], means, i, ONE), render, log2(native_scales[i]))
-            for k in range(covers):
-                if w <= ZERO:
-                    break
-                first = _HEAD + k * _COVER
-                w *= ONE - _share(texels[first : first + _COVER], means, i, render)
-            weights[i] = min(max(w, ZERO), ONE)
-            projected[i, 6] = projected[i, 6] if w >= _WEIGHT_MIN else CULLED
+    for i in range(first, last):
+        at = row + i - first
+        if projected[at, 6] < ZERO:
+            weights[at] = ZERO
+            continue
+        render = _log_scale(view_row, means, i, view[12])
+        w = coverage[i]
+        if has_parent:
+            w *= _ramp(_log_scale(texels[0], means, i, ONE), render, log2(native_scales[i]))
+        for k in range(covers):
+            if w <= ZERO:
+                break
+            start = _HEAD + k * _COVER
+            w *= ONE - _share(texels[start : start + _COVER], means, i, render)
+        weights[at] = min(max(w, ZERO), ONE)
+        projected[at, 6] = projected[at, 6] if w >= _WEIGHT_MIN else CULLED

@@ -74,7 +74,54 @@ def jacobian(means: FloatArray, view: FloatArray, i: int) -> tuple[np.float32, .
     )
 
 
-@numba.njit(cache=True, nogil=True, parallel=True, fastmath=SAFE_FLAGS, error_model="numpy")
+@numba.njit(fastmath=SAFE_FLAGS, error_model="numpy")
+def project_range(
+    means: FloatArray,
+    quats: FloatArray,
+    scales: FloatArray,
+    opacities: FloatArray,
+    view: FloatArray,
+    width: int,
+    height: int,
+    half_height_max: float,
+    projected: FloatArray,
+    first: int,
+    last: int,
+    row: int,
+) -> None:
+    """Projects surfels [first, last) to the rows from ``row`` on; see `project`."""
+    w_px, h_px, reach_max = np.float32(width), np.float32(height), np.float32(half_height_max)
+    for i in range(first, last):
+        x, y, front, w00, w01, w02, w10, w11, w12 = jacobian(means, view, i)
+        a0, a1, a2, b0, b1, b2 = tangents(quats, i)
+        s1, s2, o = scales[i, 0], scales[i, 1], opacities[i]
+        px = s1 * (w00 * a0 + w01 * a1 + w02 * a2)
+        py = s1 * (w10 * a0 + w11 * a1 + w12 * a2)
+        qx = s2 * (w00 * b0 + w01 * b1 + w02 * b2)
+        qy = s2 * (w10 * b0 + w11 * b1 + w12 * b2)
+        xx, xy, yy = px * px + qx * qx + LOW_PASS, px * py + qx * qy, py * py + qy * qy + LOW_PASS
+        # det(U U^T + l I) without the cancellation of xx yy - xy^2
+        cross = px * qy - py * qx
+        det = cross * cross + LOW_PASS * (xx + yy - LOW_PASS)
+        reach = _TWO_LN_2 * log2(max(o / CUT, ONE))
+        hx = np.sqrt(reach * xx) + _MARGIN
+        hy = min(np.sqrt(reach * yy) + _MARGIN, reach_max)
+        big = max(max(abs(px), abs(py)), max(abs(qx), abs(qy)))
+        seen = (front > _DEPTH_FLOOR) & (o > CUT) & (big < _FOOTPRINT_MAX)
+        seen &= (abs(x) < _CENTRE_MAX) & (abs(y) < _CENTRE_MAX)
+        seen &= (x + hx > ZERO) & (x - hx < w_px) & (y + hy > ZERO) & (y - hy < h_px)
+        k = (_HALF_LOG2_E if seen else ZERO) / (det if seen else ONE)
+        projected[row + i - first, 0] = x if seen else CULLED
+        projected[row + i - first, 1] = y if seen else CULLED
+        projected[row + i - first, 2] = k * yy if seen else ZERO
+        projected[row + i - first, 3] = -TWO * k * xy if seen else ZERO
+        projected[row + i - first, 4] = k * xx if seen else ZERO
+        projected[row + i - first, 5] = o if seen else ZERO
+        projected[row + i - first, 6] = hx if seen else CULLED
+        projected[row + i - first, 7] = hy if seen else CULLED
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
 def project(
     means: FloatArray,
     quats: FloatArray,
@@ -99,47 +146,31 @@ def project(
         half_height_max: limit of the half extent in y, px.
         projected: (n, 8) float32, written; see the module docstring.
     """
-    w_px, h_px, reach_max = np.float32(width), np.float32(height), np.float32(half_height_max)
     n = means.shape[0]
     for block in numba.prange((n + BLOCK - 1) // BLOCK):
-        for i in range(block * BLOCK, min((block + 1) * BLOCK, n)):
-            x, y, front, w00, w01, w02, w10, w11, w12 = jacobian(means, view, i)
-            a0, a1, a2, b0, b1, b2 = tangents(quats, i)
-            s1, s2, o = scales[i, 0], scales[i, 1], opacities[i]
-            px = s1 * (w00 * a0 + w01 * a1 + w02 * a2)
-            py = s1 * (w10 * a0 + w11 * a1 + w12 * a2)
-            qx = s2 * (w00 * b0 + w01 * b1 + w02 * b2)
-            qy = s2 * (w10 * b0 + w11 * b1 + w12 * b2)
-            xx, xy, yy = px * px + qx * qx + LOW_PASS, px * py + qx * qy, py * py + qy * qy + LOW_PASS
-            # det(U U^T + l I) without the cancellation of xx yy - xy^2
-            cross = px * qy - py * qx
-            det = cross * cross + LOW_PASS * (xx + yy - LOW_PASS)
-            reach = _TWO_LN_2 * log2(max(o / CUT, ONE))
-            hx = np.sqrt(reach * xx) + _MARGIN
-            hy = min(np.sqrt(reach * yy) + _MARGIN, reach_max)
-            big = max(max(abs(px), abs(py)), max(abs(qx), abs(qy)))
-            seen = (front > _DEPTH_FLOOR) & (o > CUT) & (big < _FOOTPRINT_MAX)
-            seen &= (abs(x) < _CENTRE_MAX) & (abs(y) < _CENTRE_MAX)
-            seen &= (x + hx > ZERO) & (x - hx < w_px) & (y + hy > ZERO) & (y - hy < h_px)
-            k = (_HALF_LOG2_E if seen else ZERO) / (det if seen else ONE)
-            projected[i, 0] = x if seen else CULLED
-            projected[i, 1] = y if seen else CULLED
-            projected[i, 2] = k * yy if seen else ZERO
-            projected[i, 3] = -TWO * k * xy if seen else ZERO
-            projected[i, 4] = k * xx if seen else ZERO
-            projected[i, 5] = o if seen else ZERO
-            projected[i, 6] = hx if seen else CULLED
-            projected[i, 7] = hy if seen else CULLED
+        first, last = block * BLOCK, min((block + 1) * BLOCK, n)
+        project_range(
+            means,
+            quats,
+            scales,
+            opacities,
+            view,
+            width,
+            height,
+            half_height_max,
+            projected,
+            first,
+            last,
+            first,
+        )
 
 
-@numba.njit(cache=True, nogil=True, parallel=True, fastmath=SAFE_FLAGS)
-def drop_small(projected: FloatArray, contribution_min: float) -> None:
-    """Culls rows whose opacity times the integral of their Gaussian, px^2, is below a limit."""
+@numba.njit(fastmath=SAFE_FLAGS)
+def drop_small(projected: FloatArray, contribution_min: float, first: int, last: int) -> None:
+    """Culls rows [first, last) whose opacity times the integral of their Gaussian, px^2, is too little."""
     limit = np.float32(contribution_min)
-    n = projected.shape[0]
-    for block in numba.prange((n + BLOCK - 1) // BLOCK):
-        for i in range(block * BLOCK, min((block + 1) * BLOCK, n)):
-            a, b, c = projected[i, 2], projected[i, 3], projected[i, 4]
-            root = np.sqrt(max(a * c - b * b / (TWO * TWO), ZERO))  # of det K, times log2(e) / 2
-            small = projected[i, 5] * _PI_LOG2_E < limit * root
-            projected[i, 6] = CULLED if small else projected[i, 6]
+    for i in range(first, last):
+        a, b, c = projected[i, 2], projected[i, 3], projected[i, 4]
+        root = np.sqrt(max(a * c - b * b / (TWO * TWO), ZERO))  # of det K, times log2(e) / 2
+        small = projected[i, 5] * _PI_LOG2_E < limit * root
+        projected[i, 6] = CULLED if small else projected[i, 6]

@@ -19,10 +19,12 @@ from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray, IntArray
 from wzviewer.kernels import binning, forward, projection
-from wzviewer.kernels.opacity import weigh
+from wzviewer.kernels.footprints import BY_CAMERAS, GIVEN, PLAIN, splat, tasks_of
 
 VIEW_MAX = 1e30  # of a number in the view vector; beyond it the camera sits in the anchor plane
-_REACH_UNLIMITED_PX = 1e7
+_INPUTS = ("means", "quats", "scales", "opacities", "colors", "native_scales", "coverage")
+_NOTHING = np.empty(0, np.float32)
+_NO_TEXELS = np.zeros((2, 4), np.float32)
 _ROOM = 1.25  # capacity beyond the need
 
 
@@ -54,7 +56,7 @@ class Splatter:
     @property
     def num_bytes(self) -> int:
         """Memory of the arrays, bytes."""
-        arrays = (self._rows, self._colors, self._weights, self._keys, self._planes.color)
+        arrays = (self._rows, self._colors, self._weights, self._bits, self._keys, self._planes.color)
         return sum(a.nbytes for a in arrays) + self._planes.through.nbytes
 
     @property
@@ -80,8 +82,9 @@ class Splatter:
         surfels: Surfels,
         view: AnchoredView,
         depth_row: FloatArray,
-        weights: FloatArray | None = None,
+        pieces: list[tuple[slice, int]] | None = None,
         texels: FloatArray | None = None,
+        weights: FloatArray | None = None,
         contribution_min: float = 0.0,
     ) -> None:
         """Projects surfels of one level.
@@ -90,35 +93,31 @@ class Splatter:
             surfels: (n) in the level's frame.
             view: the camera about the level's anchor.
             depth_row: (4,) from `core.reference.depth_row`.
+            pieces: of the surfels, each with where its weights come from (`footprints`); None: all, by
+                what else is given.
+            texels: from `Modulation.texels`, to find weights.
             weights: (n,) Eq. 3 weights, if they are known; neither these nor texels: 1.
-            texels: from `Modulation.texels`, to find the weights.
             contribution_min: surfels whose opacity times area, px^2, is less are left out.
         """
-        n, packed = len(surfels), projection.view_vector(view)
-        piece = slice(self._count, self._count + n)
-        self._count += n
-        rows, w = self._rows[piece], self._weights[piece]
-        if n == 0 or not np.all(np.abs(packed) < VIEW_MAX):
-            rows[:, 6] = projection.CULLED
+        kind = BY_CAMERAS if texels is not None else PLAIN if weights is None else GIVEN
+        pieces = [(slice(0, len(surfels)), kind)] if pieces is None else pieces
+        start = self._count
+        self._count += sum(piece.stop - piece.start for piece, _ in pieces)
+        packed = projection.view_vector(view)
+        if not np.all(np.abs(packed) < VIEW_MAX):
+            self._rows[start : self._count, 6] = projection.CULLED
             return
-        values = (surfels.means, surfels.quats, surfels.scales, surfels.opacities)
-        projection.project(*values, packed, *self._size, _REACH_UNLIMITED_PX, rows)
-        self._colors[piece] = surfels.colors
-        if texels is not None:
-            weigh(surfels.means, surfels.native_scales, surfels.coverage, packed, texels, w, rows)
-        elif weights is None:
-            w[:] = 1.0
-        else:
-            w[:] = weights
-            rows[weights <= 0, 6] = projection.CULLED
-        if contribution_min > 0.0:
-            projection.drop_small(rows, contribution_min)
-        self._num_keys += binning.depth_keys(
-            rows, surfels.means, depth_row, piece.start, self._keys[self._num_keys :]
-        )
+        arrays = surfels.arrays()
+        given = _NOTHING if weights is None else np.ascontiguousarray(weights, np.float32)
+        covers = _NO_TEXELS if texels is None else texels
+        out = (self._rows, self._colors, self._weights, self._bits)
+        where = (packed, covers, depth_row, *self._size, contribution_min)
+        splat(*(arrays[name] for name in _INPUTS), given, tasks_of(pieces, start), *where, *out)
 
     def sort(self) -> binning.Indices:
         """Orders the rows that may be seen, nearest first, (m,) uint32."""
+        rows, bits = self._rows[: self._count], self._bits[: self._count]
+        self._num_keys = binning.visible_keys(rows, bits, self._keys)
         self._order = binning.sorted_indices(self._keys[: self._num_keys])
         return self._order
 
@@ -157,6 +156,7 @@ class Splatter:
         self._rows = np.empty((capacity, 8), np.float32)
         self._colors = np.empty((capacity, 3), np.float32)
         self._weights = np.empty(capacity, np.float32)
+        self._bits = np.empty(capacity, np.uint32)
         self._keys = np.empty(capacity, np.uint64)
 
     def _tiled(self, width: int, height: int) -> Planes:
@@ -180,7 +180,7 @@ def warm_up() -> None:
     view, splatter = AnchoredView.expand(camera, frame), Splatter()
     row, texels = depth_row(view, frame, focus_of(camera, [frame])), Modulation(None, ()).texels()
     splatter.begin(4, 8, 8)
-    splatter.add(Surfels.empty(4), view, row, None, texels, 1.0)
+    splatter.add(Surfels.empty(4), view, row, None, texels, None, 1.0)
     splatter.sort()
     planes = splatter.draw((0.0, 0.0, 0.0), False)
     splatter.median()

@@ -97,7 +97,7 @@ def render(
     size = (slice(0, camera.height), slice(0, camera.width))
     with KERNELS:
         for part, view in zip(parts, views, strict=True):
-            splatter.add(part.surfels, view, depth_row(view, part.frame, focus), part.weights)
+            splatter.add(part.surfels, view, depth_row(view, part.frame, focus), weights=part.weights)
         splatter.sort()
         planes = splatter.draw(background, blend == "linear")
         color = np.ascontiguousarray(planes.color[:, *size].transpose(1, 2, 0))
