@@ -96,6 +96,7 @@ def _add_render(verbs: Any) -> None:  # noqa: ANN401
     command.add_argument("--path", metavar="zoom|orbit|FILE.json", help="camera path of a film")
     command.add_argument("--blend", choices=("transmittance", "linear"), default="transmittance")
     command.add_argument("--no-modulation", action="store_true", help="the paper's ablation")
+    command.add_argument("--no-antialias", action="store_true", help="as the paper: minified surfels alias")
     command.add_argument("--depth", type=Path, metavar="OUT.npy", help="also the median depth, world units")
     command.add_argument("--context", choices=("auto", "egl", "osmesa", "window"), default="auto")
     command.add_argument(

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from wzviewer.app.pacing import SOFTWARE_TARGET_S, SPACING_PX, TARGET_S, Pace
+from wzviewer.commands.bench_quality import measure_quality
 from wzviewer.commands.bench_scenes import chain_scene
 from wzviewer.commands.rendering import scene_renderer
 from wzviewer.core.camera import Camera
@@ -41,6 +42,7 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
                 record |= _of_one_level(scene, renderer)
             if count == 5:
                 record |= _in_motion(scene, renderer)
+    record |= measure_quality(full, options.context, options.rasterizer)
     record["frame_ms_levels_ratio_10_2"] = record["frame_ms_levels_10"] / record["frame_ms_levels_2"]
     return record
 

@@ -29,7 +29,9 @@ def run(options: argparse.Namespace) -> None:
     level = cameras.level_index(scene, options.level)
     camera = cameras.camera_of(scene, level, options.magnify, options.orbit)
     size = parse_size(options.size) if options.size else None
-    settings = RenderSettings(blend=options.blend, modulation=not options.no_modulation)
+    settings = RenderSettings(
+        blend=options.blend, modulation=not options.no_modulation, antialias=not options.no_antialias
+    )
     with scene_renderer(scene, options.context, options.rasterizer) as renderer:
         if options.output.suffix.lower() == ".png":
             image = picture(renderer, _sized(camera, size), settings)

@@ -48,6 +48,7 @@ def _wait_for_kernels(renderer: SurfelRenderer) -> None:
         with Progress() as progress:
             progress.line("compiling the drawing kernels for this processor, once: about half a minute")
         renderer.is_ready(None)
+    renderer.patient = True
 
 
 def picture(renderer: SurfelRenderer, camera: Camera, settings: RenderSettings | None = None) -> ByteArray:

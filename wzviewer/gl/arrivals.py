@@ -5,13 +5,14 @@ that is replaced keeps its former version.  Merged forms of a finished level are
 and arrive in the same way; until then the exact surfels stand in for them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from typing import Any
 
+from wzviewer.core.constants import MAX_LEVELS
 from wzviewer.core.scene import Level, Scene, modulation
 from wzviewer.gl.merging import MERGED_CELLS_PX, MergeQueue
 from wzviewer.gl.pages import PAGE_SURFELS, Pages
-from wzviewer.gl.visible import LevelState, SurfelSet
+from wzviewer.gl.visible import LevelState, LevelStates, SurfelSet, own_view
 
 
 class Arrivals:
@@ -28,8 +29,10 @@ class Arrivals:
     def __init__(self, pages: Pages) -> None:
         self._pages = pages
         self._levels: dict[int, Level] = {}  # whose surfels have arrived
-        self._synced: tuple[Any, ...] = ()
-        self.states: Mapping[int, LevelState] = {}
+        self._scene: Scene | None = None  # held: a new one must not get its address
+        self._synced: tuple[int, ...] = ()
+        self._tree: tuple[Any, ...] = ()
+        self.states = LevelStates()
         self.version = 0
 
     def sync(self, scene: Scene, budget_bytes: int | None, merges: MergeQueue | None) -> bool:
@@ -41,37 +44,69 @@ class Arrivals:
             merges: makes merged forms; None does without.
 
         Returns:
-            Whether every level has arrived.
+            Whether everything has arrived.
         """
-        if self._synced[:2] != (id(scene), scene.revision):
+        if self._scene is not scene:
+            self._open(scene)
+        if self._synced[:1] != (scene.revision,):
             self._stage(scene)
-        if merges is not None:
-            self._stage_merged(scene, merges)
         self._pages.upload(budget_bytes)
-        synced = (id(scene), scene.revision, self._pages.generation)
+        synced = (scene.revision, self._pages.generation)
         if synced != self._synced:
             self._synced = synced
             self._adopt(scene)
-        return all(self._pages.shown((lv.index, 0)) is lv.surfels for lv in scene if len(lv.surfels))
+        if merges is not None:
+            merges.collect(len(scene))
+            self._stage_merged(scene, merges)
+        return self._pages.is_complete
+
+    def merge(self, indices: Iterable[int], merges: MergeQueue) -> None:
+        """Waits for merged forms of levels that are drawn, and takes them over."""
+        levels = [self.states[index].level for index in indices]
+        for level in levels:
+            merges.ask(level)
+        while merges.is_busy:
+            merges.wait()
+            merges.collect(MAX_LEVELS)
+        for level in levels:
+            self._stage_forms(level, merges)
+        self._pages.upload(None)
+        if self._scene is not None and self._synced[1:] != (self._pages.generation,):
+            self._synced = (self._synced[0], self._pages.generation)
+            self._adopt(self._scene)
+
+    def _open(self, scene: Scene) -> None:
+        """Begins another document: levels of the last one must not stand in for its levels."""
+        for index in list(self._levels):
+            if index >= len(scene) or scene[index].surfels is not self._levels[index].surfels:
+                self._remove(index)
+        self._scene, self._synced = scene, ()
 
     def _stage(self, scene: Scene) -> None:
         for level in scene:
             if len(level.surfels) and self._pages.latest((level.index, 0)) is not level.surfels:
-                self._pages.stage((level.index, 0), level.surfels, level.index)  # slot = index <= 255
-        for index, detail in sorted(self._pages.names()):
+                slot = level.index  # of the block texture, <= 255
+                self._pages.stage((level.index, 0), level.surfels, slot, own_view(level))
+        for index in {index for index, _ in self._pages.names()}:
             if index >= len(scene) or not len(scene[index].surfels):
-                self._pages.remove((index, detail))
-                self._levels.pop(index, None)
+                self._remove(index)
+
+    def _remove(self, index: int) -> None:
+        for name in [name for name in self._pages.names() if name[0] == index]:
+            self._pages.remove(name)
+        self._levels.pop(index, None)
 
     def _stage_merged(self, scene: Scene, merges: MergeQueue) -> None:
-        """Asks for the merged forms of committed levels, and queues those that are done."""
+        """Asks for the merged forms of finished levels that are drawn, and queues those that are done."""
         for level in scene:
             if scene.is_committed(level.index) and self._levels.get(level.index) is level:
                 merges.ask(level)
-        for level, forms in merges.finished():
-            if self._pages.shown((level.index, 0)) is level.surfels:
-                for detail, surfels in enumerate(forms, start=1):
-                    self._pages.stage((level.index, detail), surfels, level.index)
+                self._stage_forms(level, merges)
+
+    def _stage_forms(self, level: Level, merges: MergeQueue) -> None:
+        for detail, surfels in enumerate(merges.forms(level), start=1):
+            if len(surfels) and self._pages.latest((level.index, detail)) is not surfels:
+                self._pages.stage((level.index, detail), surfels, level.index, own_view(level))
 
     def _adopt(self, scene: Scene) -> None:
         """Takes what has arrived as the levels that are drawn."""
@@ -82,9 +117,12 @@ class Arrivals:
                 self._levels[level.index] = level
         self.version += 1
         drawn = self._replica(scene)
-        self.states = {
-            i: LevelState.of(drawn[i], self._sets(i), modulation(drawn, i)) for i in drawn.visible()
-        }
+        visible = drawn.visible()
+        tree = tuple(_place(drawn[i]) for i in visible)
+        same = tree == self._tree  # a level in the making is often replaced, and seldom moves
+        laws = {i: self.states[i].modulation if same else modulation(drawn, i) for i in visible}
+        self._tree = tree
+        self.states = LevelStates({i: LevelState.of(drawn[i], self._sets(i), laws[i]) for i in visible})
 
     def _drop_merged(self, index: int) -> None:
         former = self._levels.get(index)
@@ -111,6 +149,20 @@ class Arrivals:
             records = self._pages.first_records((index, detail))
             kept = former.get(id(surfels))
             if kept is None or (kept.first_records != records).any():
-                kept = SurfelSet(surfels, self._pages.bounds((index, detail)), records, PAGE_SURFELS, cell_px)
+                kept = SurfelSet(
+                    surfels,
+                    self._pages.bounds((index, detail)),
+                    records,
+                    PAGE_SURFELS,
+                    cell_px,
+                    own_view(self._levels[index]),
+                )
             sets.append(kept)
         return tuple(sets)
+
+
+def _place(level: Level) -> tuple[object, ...]:
+    """What the modulation of a level and of those around it depends on."""
+    frame = level.frame
+    anchor = (frame.origin.tobytes(), frame.axes.tobytes(), frame.unit)
+    return (level.index, level.parent, level.camera.key, *anchor)

@@ -30,6 +30,9 @@ class RenderSettings:
         outputs: depth and level cost about five more passes.
         culling: False draws every chunk (to test the culling).
         quads: None chooses points where they fit; True and False force one.
+        antialias: with modulation, a level that is seen at a quarter of its resolution or less is drawn
+            with merged surfels half a pixel apart: its own would be so many to a pixel that they flicker
+            (and 6 dB further from what a lens would show).  The paper's renderer has no such thing.
         contribution_min: surfels whose opacity times area on the screen, px^2, is less are left out; 0
             draws all.  About 0.5 is invisible on a level that is seen far below its own scale.
         spacing_px: levels whose merged surfels (2x2, 4x4) would be at most this far apart on the screen
@@ -43,6 +46,7 @@ class RenderSettings:
     outputs: frozenset[Output] = frozenset({"color"})
     culling: bool = True
     quads: bool | None = None
+    antialias: bool = True
     contribution_min: float = 0.0
     spacing_px: float = 0.0
 
@@ -128,9 +132,8 @@ class MedianMap:
 class Picture(Protocol):
     """Where a rasteriser left its picture."""
 
-    @property
-    def texture(self) -> moderngl.Texture:
-        """Premultiplied RGBA, first row = top of the image."""
+    def shown(self, background: Rgba, closed_coverage: float) -> tuple[moderngl.Texture, Rgba, float]:
+        """A texture, first row = top of the image, with what `Presenter.draw` is still to do to it."""
         ...
 
     def read(self) -> FloatArray:
@@ -171,7 +174,8 @@ class Frame:
         """Draws the frame over its background into a framebuffer (see `Presenter.draw`)."""
         if self.picture is not None:
             look = (self.settings.background, self.settings.closed_coverage)
-            self._presenter.draw(self.picture.texture, framebuffer, *look, viewport, smooth)
+            texture, behind, closed = self.picture.shown(*look)
+            self._presenter.draw(texture, framebuffer, behind, closed, viewport, smooth)
 
     def read_color(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""

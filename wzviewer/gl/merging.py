@@ -1,8 +1,8 @@
 """Merged forms of finished levels, made on a thread of their own while frames go on."""
 
+import logging
 import queue
 import threading
-from collections.abc import Iterator
 
 from wzviewer.core.merging import merged
 from wzviewer.core.scene import Level
@@ -12,20 +12,24 @@ MERGED_CELLS_PX = (2, 4)  # native pixels along a side of what becomes one surfe
 
 Forms = tuple[Surfels, ...]
 
+LOG = logging.getLogger(__name__)
+
 
 class MergeQueue:
-    """A thread that merges one level after the other."""
+    """A thread that merges one level after the other; it keeps what it made for whoever draws."""
 
     def __init__(self) -> None:
         self._asked: dict[int, Surfels] = {}  # the surfels are held, so their identity stays theirs
+        self._made: dict[int, tuple[Surfels, Forms]] = {}
         self._jobs: queue.SimpleQueue[Level | None] = queue.SimpleQueue()
         self._done: queue.SimpleQueue[tuple[Level, Forms]] = queue.SimpleQueue()
         self._pending = 0
+        self._closing = False
         self._thread: threading.Thread | None = None
 
     @property
     def is_busy(self) -> bool:
-        """Whether a level was asked for that has not come back."""
+        """Whether a level was asked for that `collect` has not brought back."""
         return self._pending > 0
 
     def ask(self, level: Level) -> None:
@@ -34,31 +38,57 @@ class MergeQueue:
             return
         self._asked[level.index] = level.surfels
         if self._thread is None:
+            self._closing = False
             self._thread = threading.Thread(target=self._work, name="merging", daemon=True)
             self._thread.start()
         self._pending += 1
         self._jobs.put(level)
 
-    def finished(self) -> Iterator[tuple[Level, Forms]]:
-        """Yields levels with their merged forms, finest first, as they come."""
+    def collect(self, num_levels: int) -> None:
+        """Takes back what is done, and forgets levels that are gone.
+
+        Args:
+            num_levels: of the scene; those of higher index are gone.
+        """
+        for index in [i for i in self._asked if i >= num_levels]:
+            del self._asked[index]
+            self._made.pop(index, None)
         while not self._done.empty():
             self._pending -= 1
-            yield self._done.get()
+            level, forms = self._done.get()
+            if self._asked.get(level.index) is level.surfels:  # else it was replaced meanwhile
+                self._made[level.index] = (level.surfels, forms)
+
+    def forms(self, level: Level) -> Forms:
+        """Merged forms of this version of a level, finest first; none before they have come back."""
+        surfels, forms = self._made.get(level.index, (None, ()))
+        return forms if surfels is level.surfels else ()
 
     def wait(self) -> None:
         """Waits until a level comes back, if one is under way."""
         if self.is_busy:
-            level, forms = self._done.get()
-            self._done.put((level, forms))
+            self._done.put(self._done.get())
 
     def close(self) -> None:
-        """Ends the thread after the level that it is at."""
+        """Ends the thread after the level that it is at; those that wait are dropped."""
+        self._closing = True
         if self._thread is not None:
             self._jobs.put(None)
             self._thread.join()
-        self._thread = None
+        self._thread, self._pending = None, 0
+        self._jobs, self._done = queue.SimpleQueue(), queue.SimpleQueue()
+        self._asked = {index: surfels for index, (surfels, _) in self._made.items()}
 
     def _work(self) -> None:
-        while (level := self._jobs.get()) is not None:
-            forms = (merged(level.surfels, level.camera, level.frame, cell) for cell in MERGED_CELLS_PX)
-            self._done.put((level, tuple(forms)))
+        while (level := self._jobs.get()) is not None and not self._closing:
+            self._done.put((level, _forms_of(level)))
+
+
+def _forms_of(level: Level) -> Forms:
+    """The merged forms, or none where that fails: the exact surfels stand in for them."""
+    try:
+        forms = (merged(level.surfels, level.camera, level.frame, cell) for cell in MERGED_CELLS_PX)
+        return tuple(forms)
+    except Exception:
+        LOG.exception("level %d could not be merged; all its surfels are drawn", level.index)
+        return ()

@@ -66,7 +66,9 @@ class OrderQueue:
         self._wanted: Job | None = None  # not begun
         self._latest: Job | None = None  # the last one asked for
         self._seen: Job | None = None  # of the last call of `ask`
+        self._running: Job | None = None
         self._done: tuple[Job, Ordered] | None = None
+        self._error: Exception | None = None
         self._closing = False
         self._thread: threading.Thread | None = None
 
@@ -85,13 +87,32 @@ class OrderQueue:
             self._changed.notify_all()
 
     def newest(self, states: States, camera: Camera, choice: Choice) -> Newest:
-        """Returns the newest order; waits only for the first of all."""
+        """Returns the newest order; waits only for the first of all.
+
+        Raises:
+            Exception: whatever an order asked for before has failed with.
+            RuntimeError: after `close`, when there is none.
+        """
         with self._changed:
-            while (self._done is None and self._wanted is not None) or self._done is None:
+            while self._done is None and self._error is None and not self._closing:
                 self._changed.wait()
+            error, self._error = self._error, None
+            if error is not None:
+                raise error
+            if self._done is None:
+                raise RuntimeError("the queue was closed before there was an order")
             job, ordered = self._done
         now = Job(states, camera, choice)
         return Newest(ordered, job.states is states, job.is_same(now))
+
+    def forget_older(self, states: States) -> None:
+        """Never returns an order of other levels again: the pages that it names may be written."""
+        with self._changed:
+            if self._done is not None and self._done[0].states is not states:
+                self._done = None
+            self._wanted = _of_states(self._wanted, states)
+            self._running = _of_states(self._running, states)
+            self._latest = _of_states(self._latest, states)
 
     def close(self) -> None:
         """Ends the thread."""
@@ -114,11 +135,24 @@ class OrderQueue:
                 if self._closing:
                     return
                 job, self._wanted = self._wanted, None
+                self._running = job
             assert job is not None  # the loop above waited for one
-            ordered = select(job.states, job.camera, job.choice).ordered()
-            with self._changed:
-                self._done = (job, ordered)
+            try:
+                self._finish(job, select(job.states, job.camera, job.choice).ordered())
+            except Exception as error:  # the frame thread shall hear of it, not wait for ever
+                with self._changed:
+                    self._error, self._latest = error, None
+                    self._changed.notify_all()
+
+    def _finish(self, job: Job, ordered: Ordered) -> None:
+        with self._changed:
+            if self._running is job:  # else it was forgotten
+                self._done, self._error = (job, ordered), None
                 self._changed.notify_all()
+
+
+def _of_states(job: Job | None, states: States) -> Job | None:
+    return job if job is not None and job.states is states else None
 
 
 def is_near(one: Camera, other: Camera, focus_depth: float) -> bool:
@@ -139,5 +173,5 @@ def is_near(one: Camera, other: Camera, focus_depth: float) -> bool:
         return False
     corners = [(0.0, 0.0), (one.width, 0.0), (0.0, one.height), (one.width, one.height)]
     points = np.array([one.unproject(x, y, focus_depth) for x, y in corners])
-    drift = np.abs(other.project(points) - np.array(corners)).max()
+    drift = np.abs(other.project(points)[:, :2] - np.array(corners)).max()
     return bool(drift <= DRIFT_SHARE * max(one.width, one.height))

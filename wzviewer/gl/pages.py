@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import IntArray
 from wzviewer.gl.cull import ChunkBounds
@@ -30,12 +31,14 @@ class Version:
     Attributes:
         surfels: of the set.
         slot: row of its level in the block texture.
+        maker: the level's own camera about its anchor.
         pages: written so far.
         bounds: of the chunks written so far.
     """
 
     surfels: Surfels
     slot: int
+    maker: AnchoredView | None = None
     pages: list[int] = field(default_factory=list)
     bounds: list[ChunkBounds] = field(default_factory=list)
 
@@ -75,6 +78,11 @@ class Pages:
         """GPU memory held, bytes."""
         return 0
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether nothing is left to write."""
+        return not self._staged
+
     def names(self) -> Iterable[SetName]:
         """Sets that are shown or staged."""
         return self._shown.keys() | self._staged.keys()
@@ -99,10 +107,17 @@ class Pages:
         """Record number at which each chunk of a shown set starts, (chunks,) int32."""
         return np.array(self._shown[name].pages, np.int32) * np.int32(PAGE_SURFELS)
 
-    def stage(self, name: SetName, surfels: Surfels, slot: int) -> None:
-        """Queues a set, or the next version of one, for `upload`."""
+    def stage(self, name: SetName, surfels: Surfels, slot: int, maker: AnchoredView | None = None) -> None:
+        """Queues a set, or the next version of one, for `upload`.
+
+        Args:
+            name: of the set.
+            surfels: of the set.
+            slot: row of its level in the block texture.
+            maker: the level's own camera about its anchor, for tight bounds.
+        """
         self._free_pages(self._staged.pop(name, None))
-        self._staged[name] = Version(surfels, slot)
+        self._staged[name] = Version(surfels, slot, maker)
 
     def remove(self, name: SetName) -> None:
         """Retires the pages of a set."""
@@ -140,10 +155,10 @@ class Pages:
         self._free, self._retired, self._shown, self._staged = [], [], {}, {}
 
     def _write_next(self, version: Version) -> int:
-        page, piece = self._take_page(version.num_pages - len(version.pages)), version.next_piece()
+        page, piece = self._take_page(), version.next_piece()
         self._write(page, piece, version.slot)
         version.pages.append(page)
-        version.bounds.append(ChunkBounds.of_surfels(piece, PAGE_SURFELS))
+        version.bounds.append(ChunkBounds.of_surfels(piece, PAGE_SURFELS, version.maker))
         return len(piece) * RECORD_BYTES
 
     def _write(self, page: int, piece: Surfels, slot: int) -> None:
@@ -160,9 +175,10 @@ class Pages:
         if version is not None:
             self._free = sorted(self._free + version.pages, reverse=True)
 
-    def _take_page(self, num_wanted: int) -> int:
-        if not self._free:
-            self._grow(self._capacity + num_wanted)
+    def _take_page(self) -> int:
+        if not self._free:  # room for all that waits: each growth copies what is there
+            awaited = sum(version.num_pages - len(version.pages) for version in self._staged.values())
+            self._grow(self._capacity + awaited)
         return self._free.pop()
 
     def _grow(self, capacity: int) -> None:

@@ -28,6 +28,7 @@ from wzviewer.gl.software import Kernels, SoftwareRasterizer
 from wzviewer.gl.visible import Choice, Ordered, Selection, select
 
 DEFAULT_SETTINGS = RenderSettings()
+ANTIALIAS_SPACING_PX = 0.5
 MARGIN_SHARE = 0.15  # of the image, around it: kept for a frame in motion, whose order is a little old
 
 RasterizerName = Literal["auto", "shaders", "kernels"]
@@ -40,7 +41,8 @@ class SurfelRenderer:
         context: to draw in.
         rasterizer: ``shaders``; ``kernels`` draws on the CPU; ``auto`` does so where OpenGL is software.
         gpu_order: whether the GPU orders surfels for the shaders; None: a real one with OpenGL 4.3 does.
-        patient: wait for the kernels; when False the shaders draw until they are ready.
+        patient: wait for the kernels and for merged surfels; when False the shaders draw until the
+            kernels are ready, and exact surfels until merged ones have been made.
     """
 
     def __init__(
@@ -50,6 +52,7 @@ class SurfelRenderer:
         patient: bool = True,
         gpu_order: bool | None = None,
     ) -> None:
+        self.patient = patient
         self._gpu_order = gpu_order
         self.context = context
         self._presenter = Presenter(context.ctx)
@@ -124,6 +127,9 @@ class SurfelRenderer:
         if camera.width <= 0 or camera.height <= 0:
             return self._empty(camera, settings)
         selection = self._select(camera, settings)
+        if selection.unmerged and self.patient:
+            self._arrivals.merge(selection.unmerged, self._merges)
+            selection = self._select(camera, settings)
         if isinstance(self._rasterizer, SoftwareRasterizer):
             drawn = self._rasterizer.draw(selection, camera, settings)
             return self._frame(*drawn, selection, camera, settings)
@@ -168,7 +174,9 @@ class SurfelRenderer:
         Returns:
             Median depth (world units along the camera's axis) and level index, or None on emptiness.
         """
-        selection = self._select(camera, replace(settings, spacing_px=0.0, contribution_min=0.0))
+        selection = self._select(
+            camera, replace(settings, spacing_px=0.0, antialias=False, contribution_min=0.0)
+        )
         return pick(self._arrivals.states, selection, camera, (x_px, y_px), settings.blend)
 
     def release(self) -> None:
@@ -203,7 +211,10 @@ class SurfelRenderer:
         return Choice(
             settings.modulation,
             settings.culling,
-            settings.spacing_px,
+            max(
+                settings.spacing_px,
+                ANTIALIAS_SPACING_PX if settings.antialias and settings.modulation else 0.0,
+            ),
             settings.contribution_min,
             point_limit_px=self._rasterizer.point_limit_px,
         )

@@ -36,6 +36,10 @@ class GpuPicture:
 
     texture: moderngl.Texture
 
+    def shown(self, background: Rgba, closed_coverage: float) -> tuple[moderngl.Texture, Rgba, float]:
+        """The texture, to be composited."""
+        return self.texture, background, closed_coverage
+
     def read(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""
         width, height = self.texture.size

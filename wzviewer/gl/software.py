@@ -22,22 +22,24 @@ from wzviewer.gl.present import Presenter, Rgba
 from wzviewer.gl.targets import Target
 from wzviewer.gl.visible import Selection
 
+TRANSPARENT: Rgba = (0.0, 0.0, 0.0, 0.0)
+
 
 class HostPicture:
-    """A picture in memory; it becomes a texture when somebody wants to show it."""
+    """A picture in memory; it becomes a texture when a window wants to show it."""
 
     def __init__(self, planes: Any, size: tuple[int, int], target: Target, kernels: Any) -> None:  # noqa: ANN401
         self._planes, self._size, self._target, self._kernels = planes, size, target, kernels
-        self._texture: moderngl.Texture | None = None
+        self._look: tuple[Rgba, float] | None = None  # of the texture
 
-    @property
-    def texture(self) -> moderngl.Texture:
-        """Premultiplied RGBA, first row = top of the image."""
-        if self._texture is None:
+    def shown(self, background: Rgba, closed_coverage: float) -> tuple[moderngl.Texture, Rgba, float]:
+        """A texture that is composited already: bytes are a quarter of the upload."""
+        look = (background, closed_coverage)
+        if self._look != look:
             self._target.resize(*self._size)
-            self._texture = self._target.texture
-            self._texture.write(self.read().tobytes(), alignment=1)
-        return self._texture
+            self._target.texture.write(self._composited(*look).tobytes(), alignment=1)
+            self._look = look
+        return self._target.texture, TRANSPARENT, 1.0
 
     def read(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""
@@ -48,6 +50,9 @@ class HostPicture:
 
     def read8(self, presenter: Presenter, background: Rgba, closed_coverage: float) -> ByteArray:
         """Composited over a background, (h, w, 4) uint8."""
+        return self._composited(background, closed_coverage)
+
+    def _composited(self, background: Rgba, closed_coverage: float) -> ByteArray:
         width, height = self._size
         out = np.empty((height, width, 4), np.uint8)
         behind = np.array(background, np.float32)
@@ -112,7 +117,7 @@ class SoftwareRasterizer:
         self.pages = Pages()
         self._kernels = kernels
         self._splatter = kernels.splatter()
-        self._target = Target(ctx, 4, "f4")
+        self._target = Target(ctx, 4, "f1")
 
     @property
     def num_bytes(self) -> int:

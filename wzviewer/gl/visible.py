@@ -7,12 +7,13 @@
                                                │               └─ order ──► Ordered: nearest first
 
 Cost follows what is visible: a level is looked at chunk by chunk only when the box around it may be
-seen, a chunk's surfels only when its own may, and a cover of Eq. 3 is kept only where it acts.
+seen, a chunk's surfels only when its own may, and a cover of Eq. 3 is kept only where it acts.  Each of
+these steps is taken for all levels at once.
 """
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,24 +21,15 @@ import numpy as np
 from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.camera import Camera
 from wzviewer.core.opacity import Modulation
-from wzviewer.core.reference import Focus, focus_of
+from wzviewer.core.reference import Focus
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray, IntArray
-from wzviewer.gl.cull import (
-    EXTENT_SIGMAS,
-    ChunkBounds,
-    chunk_radii_px,
-    clipped,
-    fades_in,
-    in_frustum,
-    log_ratio,
-    may_cover,
-    unmodulated,
-    view_slabs,
-    weightless,
-)
+from wzviewer.gl.cull import EXTENT_SIGMAS, ChunkBounds, chunk_radii_px, fades_in, in_frustum, log_ratio
+from wzviewer.gl.merging import MERGED_CELLS_PX
 from wzviewer.gl.order import Run, UIntArray, order_places
+from wzviewer.gl.sieve import LevelTable, Region, modulate
+from wzviewer.gl.stacks import Views
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +42,7 @@ class SurfelSet:
         first_records: (chunks,) record number of each chunk.
         chunk_surfels: surfels per chunk.
         cell_px: native pixels along a side of what was merged into one; 1 for the exact ones.
+        maker: the level's own camera about its anchor, for tight bounds.
     """
 
     surfels: Surfels
@@ -57,6 +50,7 @@ class SurfelSet:
     first_records: IntArray
     chunk_surfels: int
     cell_px: int = 1
+    maker: AnchoredView | None = None
 
     @cached_property
     def columns(self) -> FloatArray:
@@ -66,7 +60,7 @@ class SurfelSet:
     @cached_property
     def hull(self) -> ChunkBounds:
         """One box around all."""
-        return self.bounds.hull()
+        return self.bounds.hull(self.maker)
 
     def spans(self, chunks: IntArray, kinds: IntArray) -> list[tuple[slice, int, int]]:
         """Joins chunks, ascending, to (surfels, first record, kind) of consecutive records and one kind."""
@@ -101,8 +95,21 @@ class LevelState:
     @classmethod
     def of(cls, level: Level, sets: tuple[SurfelSet, ...], modulation: Modulation) -> "LevelState":
         """Returns the state of a level."""
-        native_row = AnchoredView.expand(level.camera, level.frame).rows[2]
-        return cls(level, sets, modulation, native_row)
+        return cls(level, sets, modulation, own_view(level).rows[2])
+
+
+def own_view(level: Level) -> AnchoredView:
+    """The camera that made a level, about its anchor."""
+    return AnchoredView.expand(level.camera, level.frame)
+
+
+class LevelStates(dict[int, LevelState]):
+    """States by level index, ascending, and what all selections from them share."""
+
+    @cached_property
+    def table(self) -> LevelTable:
+        """The levels, stacked."""
+        return LevelTable.of(list(self.values()))
 
 
 @dataclass(frozen=True)
@@ -154,6 +161,7 @@ class Selection:
         seen: by level index, ascending.
         num_surfels: surfels of the levels that are drawn, before culling.
         cull_ms: time of the selection.
+        unmerged: levels that stand in for merged forms of theirs that have not been made.
     """
 
     camera: Camera
@@ -162,6 +170,7 @@ class Selection:
     seen: Mapping[int, SeenLevel]
     num_surfels: int
     cull_ms: float
+    unmerged: frozenset[int] = frozenset()
 
     @cached_property
     def runs(self) -> list[Run]:
@@ -226,78 +235,96 @@ def select(states: Mapping[int, LevelState], camera: Camera, choice: Choice) -> 
         choice: what decides.
     """
     began = time.perf_counter()
-    views = {i: AnchoredView.expand(camera, state.level.frame) for i, state in states.items()}
-    focus = focus_of(camera, [state.level.frame for state in states.values()])
-    size_px = (camera.width, camera.height)
-    seen = {i: _see(state, views[i], size_px, choice) for i, state in states.items()}
-    seen = {i: level for i, level in seen.items() if level.num_chunks}
+    focus, seen = Focus(1.0, camera.pixel_scale(1.0)), dict[int, SeenLevel]()
+    unmerged = frozenset[int]()
+    if states:
+        table = (states if isinstance(states, LevelStates) else LevelStates(states)).table
+        views = Views.expand(camera, table.frames)
+        focus = table.focus(camera, views.depth)
+        if choice.culling:
+            seen, unmerged = _see(table, views, camera, choice)
+        else:
+            seen = _everything(table, camera, choice)
     total = sum(len(state.sets[0].surfels) for state in states.values())
-    kept = {i: views[i] for i in seen}
-    return Selection(camera, focus, kept, seen, total, 1e3 * (time.perf_counter() - began))
+    kept = {i: level.runs[0].view for i, level in seen.items()}
+    cull_ms = 1e3 * (time.perf_counter() - began)
+    return Selection(camera, focus, kept, seen, total, cull_ms, unmerged & frozenset(seen))
 
 
-def _see(state: LevelState, view: AnchoredView, size_px: tuple[int, int], choice: Choice) -> SeenLevel:
-    if not choice.culling:
-        return _everything(state, view, choice)
-    hull = state.sets[0].hull
-    if not _may_be_seen(hull, view, size_px, state.modulation, choice):
-        return SeenLevel((), None, 0.0, 0)
-    chosen = _choose_set(state, view, size_px, choice)
-    kept = in_frustum(chosen.bounds, view, size_px, choice.margin_px)
-    slabs = view_slabs(chosen.bounds, view, size_px, choice.margin_px)
-    part = clipped(chosen.bounds, slabs)
-    modulation = state.modulation
+def _see(
+    table: LevelTable, views: Views, camera: Camera, choice: Choice
+) -> tuple[dict[int, SeenLevel], frozenset[int]]:
+    """What is seen of each level, and which levels want merged forms that are not there."""
+    size_px = (camera.width, camera.height)
+    levels = np.flatnonzero(_may_be_seen(table, views, size_px, choice)).tolist()
+    sets = {owner: table.states[owner].sets[0] for owner in levels}
+    if not sets:
+        return {}, frozenset()
+    unmerged = frozenset[int]()
+    if choice.spacing_px > 0.0:
+        near = Region.of(sets, views, size_px, 0.0)
+        sets, unmerged = _choose_sets(table, near, sets, choice.spacing_px)
+    region = Region.of(sets, views, size_px, choice.margin_px)
+    region = region.take(2.0 * np.pi * (region.radii_px / EXTENT_SIGMAS) ** 2 >= choice.contribution_min)
+    plain, covers = np.ones(len(region.owners), bool), np.empty(0, np.int32)
     if choice.modulated:
-        modulation = _acting(modulation, part.take(kept), view)
-        for region in (part, slabs):
-            kept = kept & ~weightless(region, view, modulation)
-    radii = chunk_radii_px(part, view)
-    kept = kept & (2.0 * np.pi * (radii / EXTENT_SIGMAS) ** 2 >= choice.contribution_min)
-    chunks = np.flatnonzero(kept).astype(np.int32)
-    plain = np.ones(len(chunks), bool)
-    if choice.modulated:
-        plain = unmodulated(part.take(chunks), view, modulation, state.native_row)
-    return _seen(state, chosen, chunks, radii[chunks], plain, view, modulation, choice)
+        region, plain, covers = modulate(table, region)
+    ends = np.searchsorted(region.owners, [*levels, len(table.states)]).tolist()
+    seen = {}
+    for owner, first, last in zip(levels, ends[:-1], ends[1:], strict=True):
+        if first < last:
+            here, state = slice(first, last), table.states[owner]
+            part = (region.chunks[here], region.radii_px[here], plain[here])
+            modulation = _of_covers(table, owner, covers)
+            seen[state.level.index] = _seen(state, sets[owner], *part, camera, modulation, choice)
+    return seen, unmerged
 
 
-def _may_be_seen(
-    hull: ChunkBounds, view: AnchoredView, size_px: tuple[int, int], modulation: Modulation, choice: Choice
-) -> bool:
-    """Looks at the box around a level: cheap, and enough for most levels of a deep or wide tree."""
-    if choice.modulated and not fades_in(hull, view, modulation)[0]:
-        return False
-    return bool(in_frustum(hull, view, size_px, choice.margin_px)[0])
+def _may_be_seen(table: LevelTable, views: Views, size_px: tuple[int, int], choice: Choice) -> BoolArray:
+    """Looks at the boxes around levels: cheap, and enough for most levels of a deep or wide tree."""
+    near = in_frustum(table.hulls, views, size_px, choice.margin_px)
+    return near & fades_in(table.hulls, views, table.parent_rows) if choice.modulated else near
 
 
-def _acting(modulation: Modulation, kept: ChunkBounds, view: AnchoredView) -> Modulation:
-    """Leaves out covers that take nothing from the kept chunks."""
-    if not modulation.covers or not len(kept):
-        return modulation
-    hull = kept.hull()
-    near = [c for c in modulation.covers if may_cover(hull, view, c)[0]]
-    return replace(modulation, covers=tuple(c for c in near if may_cover(kept, view, c).any()))
+def _of_covers(table: LevelTable, owner: int, covers: IntArray) -> Modulation:
+    """The modulation of a level, less the covers that act nowhere."""
+    modulation = table.states[owner].modulation
+    ranks = table.ranks[covers[table.covered[covers] == owner]].tolist()
+    return Modulation(modulation.parent_rows, tuple(modulation.covers[k] for k in ranks))
 
 
-def _choose_set(state: LevelState, view: AnchoredView, size_px: tuple[int, int], choice: Choice) -> SurfelSet:
-    """The coarsest form whose surfels are near enough to each other on the screen."""
-    if choice.spacing_px <= 0.0 or len(state.sets) == 1:
-        return state.sets[0]
-    bounds = state.sets[0].bounds
-    part = clipped(bounds, view_slabs(bounds, view, size_px)).take(in_frustum(bounds, view, size_px))
-    octaves = log_ratio(state.native_row, view.rows[2], part.corners)  # of magnification
-    if not octaves.size or not np.isfinite(octaves).all():
-        return state.sets[0]
-    native_px = 2.0 ** float(octaves.max())
-    fitting = [s for s in state.sets if s.cell_px * native_px <= choice.spacing_px]
-    return max(fitting, key=lambda s: s.cell_px, default=state.sets[0])
+def _choose_sets(
+    table: LevelTable, region: Region, exact: Mapping[int, SurfelSet], spacing_px: float
+) -> tuple[dict[int, SurfelSet], frozenset[int]]:
+    """The coarsest forms whose surfels are near enough to each other on the screen.
+
+    Returns:
+        The form of each level by its place, and the levels of which a coarser one would do.
+    """
+    native = table.native_rows[region.owners]
+    octaves = log_ratio(native, region.views.rows[:, 2], region.parts.corners).max(1)  # of magnification
+    most = np.full(len(table.states), -np.inf)
+    np.maximum.at(most, region.owners, np.where(np.isnan(octaves), np.inf, octaves))  # nan: no merging
+    chosen, unmerged = {}, set()
+    for owner, finest in exact.items():
+        sets = table.states[owner].sets if np.isfinite(most[owner]) else ()
+        fitting = [s for s in sets if s.cell_px * 2.0 ** most[owner] <= spacing_px]
+        chosen[owner] = max(fitting, key=lambda s: s.cell_px, default=finest)
+        wanted = [cell for cell in MERGED_CELLS_PX if cell * 2.0 ** most[owner] <= spacing_px]
+        if sets and max(wanted, default=1) > chosen[owner].cell_px:
+            unmerged.add(table.states[owner].level.index)
+    return chosen, frozenset(unmerged)
 
 
-def _everything(state: LevelState, view: AnchoredView, choice: Choice) -> SeenLevel:
-    exact = state.sets[0]
-    radii = chunk_radii_px(exact.bounds, view)
-    chunks = np.arange(len(radii), dtype=np.int32)
-    plain = np.full(len(chunks), not choice.modulated)
-    return _seen(state, exact, chunks, radii, plain, view, state.modulation, choice)
+def _everything(table: LevelTable, camera: Camera, choice: Choice) -> dict[int, SeenLevel]:
+    seen = {}
+    for state in table.states:
+        exact = state.sets[0]
+        radii = chunk_radii_px(exact.bounds, AnchoredView.expand(camera, state.level.frame))
+        chunks = np.arange(len(radii), dtype=np.int32)
+        plain = np.full(len(chunks), not choice.modulated)
+        seen[state.level.index] = _seen(state, exact, chunks, radii, plain, camera, state.modulation, choice)
+    return seen
 
 
 def _seen(
@@ -306,10 +333,11 @@ def _seen(
     chunks: IntArray,
     radii_px: DoubleArray,
     plain: BoolArray,
-    view: AnchoredView,
+    camera: Camera,
     modulation: Modulation,
     choice: Choice,
 ) -> SeenLevel:
+    view = AnchoredView.expand(camera, state.level.frame)
     big = 2.0 * radii_px > choice.point_limit_px
     spans = chosen.spans(chunks, (big + 2 * plain).astype(np.int32))
     runs = tuple(

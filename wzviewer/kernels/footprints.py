@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from wzviewer.core.types import FloatArray
 from wzviewer.kernels.binning import Indices, depth_bits
-from wzviewer.kernels.elementary import BLOCK, ONE, ZERO
+from wzviewer.kernels.elementary import ONE, ZERO
 from wzviewer.kernels.opacity import weigh_range
-from wzviewer.kernels.projection import CULLED, drop_small, project_range
+from wzviewer.kernels.projection import CULLED, cull_range, drop_small, may_be_seen, project_range
 
+TASK_SURFELS = 1024
 PLAIN, BY_CAMERAS, GIVEN = 0, 1, 2  # where the weights of a task come from
 _REACH_UNLIMITED_PX = 1e7
 
@@ -29,8 +30,8 @@ def tasks_of(pieces: list[tuple[slice, int]], row: int) -> Tasks:
     """
     tasks = []
     for piece, kind in pieces:
-        starts = np.arange(piece.start, piece.stop, BLOCK)
-        stops = np.minimum(starts + BLOCK, piece.stop)
+        starts = np.arange(piece.start, piece.stop, TASK_SURFELS)
+        stops = np.minimum(starts + TASK_SURFELS, piece.stop)
         kinds = np.full(len(starts), kind)
         tasks.append(np.stack([starts, stops, row + starts - piece.start, kinds], 1))
         row += piece.stop - piece.start
@@ -85,6 +86,9 @@ def splat(
     for task in numba.prange(tasks.shape[0]):
         first, last, row, kind = tasks[task, 0], tasks[task, 1], tasks[task, 2], tasks[task, 3]
         end = row + last - first
+        if not may_be_seen(means, scales, view, width, height, first, last):
+            cull_range(rows, row, end)
+            continue
         project_range(
             means, quats, scales, opacities, view, width, height, _REACH_UNLIMITED_PX, rows, first, last, row
         )

@@ -17,6 +17,7 @@ THREE = np.float32(3.0)
 _FLOOR = np.float32(DEPTH_FLOOR)
 _SPAN_MIN = np.float32(LOG_SPAN_MIN)
 _WEIGHT_MIN = np.float32(WEIGHT_MIN)
+_NEARLY_ONE = np.float32(1.0 - 1e-5)  # compositing is quicker without a weight
 _HEAD, _COVER = 2, 5  # texels
 
 
@@ -96,5 +97,5 @@ def weigh_range(
                 break
             start = _HEAD + k * _COVER
             w *= ONE - _share(texels[start : start + _COVER], means, i, render)
-        weights[at] = min(max(w, ZERO), ONE)
+        weights[at] = min(max(w, ZERO), ONE) if w < _NEARLY_ONE else ONE
         projected[at, 6] = projected[at, 6] if w >= _WEIGHT_MIN else CULLED

@@ -14,6 +14,7 @@ import numba
 import numpy as np
 
 from wzviewer.core.anchor import AnchoredView
+from wzviewer.core.constants import ALPHA_CUT
 from wzviewer.core.types import FloatArray
 from wzviewer.kernels.elementary import BLOCK, CUT, LOG2_E, LOW_PASS, ONE, SAFE_FLAGS, TWO, ZERO, log2
 
@@ -25,6 +26,8 @@ _FOOTPRINT_MAX = np.float32(1e9)  # px; its square still fits float32
 _CENTRE_MAX = np.float32(1e8)  # px
 _MARGIN = np.float32(0.01)  # the cut decides, never the box
 _TWO_LN_2 = np.float32(2.0 * np.log(2.0))
+_REACH = np.float32(1.01 * np.sqrt(2.0 * np.log(1.0 / ALPHA_CUT)))  # sigmas, of the most opaque surfel
+_LOW_PASS_REACH_PX = np.float32(1.0)  # more than sqrt(2 ln 255 x 0.02)
 _PI_LOG2_E = np.float32(np.pi * np.log2(np.e))
 _HALF_LOG2_E = np.float32(0.5) * LOG2_E
 
@@ -72,6 +75,42 @@ def jacobian(means: FloatArray, view: FloatArray, i: int) -> tuple[np.float32, .
         k * (view[5] - y * view[9]),
         k * (view[6] - y * view[10]),
     )
+
+
+@numba.njit(fastmath=SAFE_FLAGS, error_model="numpy")
+def may_be_seen(
+    means: FloatArray, scales: FloatArray, view: FloatArray, width: int, height: int, first: int, last: int
+) -> bool:
+    """Whether a surfel of [first, last) may touch the image, by a bound that is cheap and never too small.
+
+    A footprint reaches at most ``EXTENT sigma |d p / d u|``, and ``|d p / d u| <= (|gx| + |q| |g|) / D``.
+    """
+    w_px, h_px = np.float32(width), np.float32(height)
+    nx = np.sqrt(view[0] * view[0] + view[1] * view[1] + view[2] * view[2])
+    ny = np.sqrt(view[4] * view[4] + view[5] * view[5] + view[6] * view[6])
+    ng = np.sqrt(view[8] * view[8] + view[9] * view[9] + view[10] * view[10])
+    seen = 0
+    for i in range(first, last):
+        u0, u1, u2 = means[i, 0], means[i, 1], means[i, 2]
+        D = ONE + view[8] * u0 + view[9] * u1 + view[10] * u2
+        front = D * view[12]
+        k = ONE / (D if front > _DEPTH_FLOOR else ONE)
+        qx = k * (view[0] * u0 + view[1] * u1 + view[2] * u2)
+        qy = k * (view[4] * u0 + view[5] * u1 + view[6] * u2)
+        reach = _REACH * max(scales[i, 0], scales[i, 1]) * abs(k)
+        x, y = qx + view[3], qy + view[7]
+        # the larger of the distances beyond the borders, against the reach and the low-pass
+        beyond_x = max(-x, x - w_px) - reach * (nx + abs(qx) * ng)
+        beyond_y = max(-y, y - h_px) - reach * (ny + abs(qy) * ng)
+        seen += (front > _DEPTH_FLOOR) & (max(beyond_x, beyond_y) < _LOW_PASS_REACH_PX)
+    return seen > 0
+
+
+@numba.njit(fastmath=SAFE_FLAGS)
+def cull_range(projected: FloatArray, first: int, last: int) -> None:
+    """Culls rows [first, last)."""
+    for i in range(first, last):
+        projected[i, 6] = CULLED
 
 
 @numba.njit(fastmath=SAFE_FLAGS, error_model="numpy")
