@@ -249,7 +249,6 @@ def test_without_numba_the_shaders_draw(monkeypatch, gl_context, patient):
 
 
 @pytest.mark.gl
-@pytest.mark.xfail(reason="only a missing numba is answered by the shaders", strict=False)
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_kernels_that_do_not_compile_leave_the_shaders(monkeypatch, gl_context):
     """An unknown processor, or a cache folder that cannot be written."""

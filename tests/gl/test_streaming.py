@@ -234,7 +234,6 @@ def test_an_old_order_draws_the_old_level_whatever_arrives_meanwhile(monkeypatch
     assert shaders.gpu_bytes <= held
 
 
-@pytest.mark.xfail(reason="`render` frees pages that an older order names", strict=False)
 def test_an_exact_frame_between_frees_no_page_of_an_older_order(monkeypatch, gl_context, shaders, gate):
     shrink_pages(monkeypatch, PAGE)
     scene = hill_scene(num_levels=2)
@@ -295,7 +294,6 @@ def until(condition):
     raise AssertionError("it never came")
 
 
-@pytest.mark.xfail(reason="after the change-over the levels arrive anew, over several frames", strict=False)
 def test_the_change_over_shows_no_empty_frame(monkeypatch, gl_context):
     page_bytes = shrink_pages(monkeypatch, PAGE)
     slow, scene = SlowKernels(monkeypatch), hill_scene()

@@ -29,7 +29,8 @@ class SceneDrawing:
 
     def sync(self, scene: Scene) -> bool:
         """Takes over some of what changed in the scene; returns whether that was all."""
-        return self._renderer.sync(scene, UPLOAD_BYTES, merged=True)
+        budget_bytes = UPLOAD_BYTES if self._renderer.has_levels else None  # the first picture comes whole
+        return self._renderer.sync(scene, budget_bytes, merged=True)
 
     def draw(self, camera: Camera, fraction: float = 1.0, is_moving: bool = False) -> Frame:
         """Renders the scene, or returns the same picture while nothing changes.

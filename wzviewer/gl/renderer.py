@@ -84,6 +84,11 @@ class SurfelRenderer:
         return not self._kernels.are_loading
 
     @property
+    def has_levels(self) -> bool:
+        """Whether anything of a scene has arrived."""
+        return bool(self._arrivals.states)
+
+    @property
     def version(self) -> tuple[int, ...]:
         """Changes when what would be drawn changes."""
         return (id(self._rasterizer), self._rasterizer.pages.generation, self._arrivals.version)
@@ -110,7 +115,8 @@ class SurfelRenderer:
             Whether every level has arrived; when False, call again next frame.
         """
         if self._kernels is not None and not isinstance(self._rasterizer, SoftwareRasterizer):
-            self._take_kernels()
+            if self._take_kernels():
+                budget_bytes = None  # nothing is copied, and a frame without them would be empty
         return self._arrivals.sync(scene, budget_bytes, self._merges if merged else None)
 
     def wait_for_merged(self, scene: Scene) -> None:
@@ -133,6 +139,7 @@ class SurfelRenderer:
         if isinstance(self._rasterizer, SoftwareRasterizer):
             drawn = self._rasterizer.draw(selection, camera, settings)
             return self._frame(*drawn, selection, camera, settings)
+        self._orders.forget_older(self._arrivals.states)
         self._rasterizer.pages.reclaim()  # nothing older is drawn from here on
         ordered = None if self._rasterizer.can_order(selection) else self._order(selection)
         shaded = self._rasterizer.draw(selection, ordered, camera, settings)
@@ -198,12 +205,14 @@ class SurfelRenderer:
         self._rasterizer = rasterizer
         self._arrivals = Arrivals(rasterizer.pages)
 
-    def _take_kernels(self) -> None:
-        """Changes over to the kernels once they have been compiled."""
-        if self._kernels is not None and self._kernels.are_ready():
-            self._rasterizer.release()
-            self._use(SoftwareRasterizer(self.context.ctx, self._kernels))
-            self._selected = self._ordered = None
+    def _take_kernels(self) -> bool:
+        """Changes over to the kernels once they have been compiled; returns whether it did."""
+        if self._kernels is None or not self._kernels.are_ready():
+            return False
+        self._rasterizer.release()
+        self._use(SoftwareRasterizer(self.context.ctx, self._kernels))
+        self._selected = self._ordered = None
+        return True
 
     # ------------------------------------------------------------- frame
 

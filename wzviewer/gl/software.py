@@ -6,6 +6,7 @@ on all cores, front to back, and stop where nothing shines through any more.  Op
 the picture.  Formulas, order and constants are those of the shaders, and a test holds the two together.
 """
 
+import logging
 import threading
 import time
 from typing import Any
@@ -22,6 +23,7 @@ from wzviewer.gl.present import Presenter, Rgba
 from wzviewer.gl.targets import Target
 from wzviewer.gl.visible import Selection
 
+LOG = logging.getLogger(__name__)
 TRANSPARENT: Rgba = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -66,7 +68,7 @@ class Kernels:
     def __init__(self) -> None:
         self._splatting: Any = None
         self._presenting: Any = None
-        self._error: ImportError | None = None
+        self._error: Exception | None = None
         self._thread = threading.Thread(target=self._load, name="kernels", daemon=True)
         self._thread.start()
 
@@ -96,10 +98,12 @@ class Kernels:
     def _load(self) -> None:
         try:
             from wzviewer.kernels import presenting, splatting
-        except ImportError as error:
+
+            splatting.warm_up()
+        except Exception as error:  # no numba, an unknown processor, no folder for the compiled code
+            LOG.info("no kernels: %s", error)
             self._error = error
             return
-        splatting.warm_up()
         self._splatting, self._presenting = splatting, presenting
 
 

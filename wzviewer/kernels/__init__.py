@@ -21,3 +21,9 @@ A tile is walked surfel by surfel and a row of eight pixels at a time, so that o
 register and no list per pixel is ever built.  Every parallel loop has a fixed partition and every
 float sum a fixed order: the bytes do not depend on the number of threads.
 """
+
+from pathlib import Path
+
+from wzviewer.kernels.freshness import drop_stale
+
+drop_stale(Path(__file__).parent)

@@ -16,7 +16,7 @@ from wzviewer.kernels.projection import CULLED, cull_range, drop_small, may_be_s
 
 TASK_SURFELS = 1024
 PLAIN, BY_CAMERAS, GIVEN = 0, 1, 2  # where the weights of a task come from
-_REACH_UNLIMITED_PX = 1e7
+_REACH_UNLIMITED_PX = 1e30
 
 Tasks = NDArray[np.int64]  # (tasks, 4): first and last surfel, row of the first, kind of weights
 

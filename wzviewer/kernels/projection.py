@@ -22,8 +22,8 @@ CULLED = np.float32(-1e6)
 VIEW_SIZE = 13  # gx gy g of `AnchoredView` with their constants (12), sign of a.z
 
 _DEPTH_FLOOR = np.float32(1e-6)  # of D(u), as in `AnchoredView`
-_FOOTPRINT_MAX = np.float32(1e9)  # px; its square still fits float32
-_CENTRE_MAX = np.float32(1e8)  # px
+_FOOTPRINT_MAX = np.float32(1e18)  # px; its square still fits float32
+_CENTRE_MAX = np.float32(1e18)  # px
 _MARGIN = np.float32(0.01)  # the cut decides, never the box
 _TWO_LN_2 = np.float32(2.0 * np.log(2.0))
 _REACH = np.float32(1.01 * np.sqrt(2.0 * np.log(1.0 / ALPHA_CUT)))  # sigmas, of the most opaque surfel
@@ -139,22 +139,23 @@ def project_range(
         qx = s2 * (w00 * b0 + w01 * b1 + w02 * b2)
         qy = s2 * (w10 * b0 + w11 * b1 + w12 * b2)
         xx, xy, yy = px * px + qx * qx + LOW_PASS, px * py + qx * qy, py * py + qy * qy + LOW_PASS
-        # det(U U^T + l I) without the cancellation of xx yy - xy^2
-        cross = px * qy - py * qx
-        det = cross * cross + LOW_PASS * (xx + yy - LOW_PASS)
+        big = max(max(abs(px), abs(py)), max(abs(qx), abs(qy)))
+        # det(U U^T + l I) without the cancellation of xx yy - xy^2, over big^2, so that it fits float32
+        per = ONE / max(big, ONE)
+        cross = (px * per) * qy - (py * per) * qx
+        det = cross * cross + (LOW_PASS * per) * ((xx + yy - LOW_PASS) * per)
         reach = _TWO_LN_2 * log2(max(o / CUT, ONE))
         hx = np.sqrt(reach * xx) + _MARGIN
         hy = min(np.sqrt(reach * yy) + _MARGIN, reach_max)
-        big = max(max(abs(px), abs(py)), max(abs(qx), abs(qy)))
         seen = (front > _DEPTH_FLOOR) & (o > CUT) & (big < _FOOTPRINT_MAX)
         seen &= (abs(x) < _CENTRE_MAX) & (abs(y) < _CENTRE_MAX)
         seen &= (x + hx > ZERO) & (x - hx < w_px) & (y + hy > ZERO) & (y - hy < h_px)
-        k = (_HALF_LOG2_E if seen else ZERO) / (det if seen else ONE)
+        k, per = (_HALF_LOG2_E if seen else ZERO) / (det if seen else ONE), per * per
         projected[row + i - first, 0] = x if seen else CULLED
         projected[row + i - first, 1] = y if seen else CULLED
-        projected[row + i - first, 2] = k * yy if seen else ZERO
-        projected[row + i - first, 3] = -TWO * k * xy if seen else ZERO
-        projected[row + i - first, 4] = k * xx if seen else ZERO
+        projected[row + i - first, 2] = k * (per * yy) if seen else ZERO
+        projected[row + i - first, 3] = -TWO * k * (per * xy) if seen else ZERO
+        projected[row + i - first, 4] = k * (per * xx) if seen else ZERO
         projected[row + i - first, 5] = o if seen else ZERO
         projected[row + i - first, 6] = hx if seen else CULLED
         projected[row + i - first, 7] = hy if seen else CULLED
