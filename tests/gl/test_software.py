@@ -80,7 +80,11 @@ def weighed(level, camera, law):
     splatter.begin(n, camera.width, camera.height)
     row = depth_row(view, level.frame, focus_of(camera, [level.frame]))
     splatter.add(level.surfels, view, row, None, law.texels())
-    return splatter._weights[:n].copy(), splatter._rows[:n, 6] >= 0.0, view
+    rows = np.arange(splatter._count)
+    places = splatter._places_of(rows) if len(rows) else rows
+    found, seen = np.zeros(n, np.float32), np.zeros(n, bool)
+    found[places], seen[places] = splatter._weights[rows], splatter._rows[rows, 6] >= 0.0
+    return found, seen, view
 
 
 def everywhere(camera):

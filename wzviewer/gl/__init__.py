@@ -4,7 +4,7 @@
 
     scene ──sync──► arrivals        which levels are complete, chunk by chunk   (pages, merging: 2x2, 4x4)
                       │
-    camera ───────► visible         chunks outside the frustum or of weight 0 are skipped   (cull, sieve, stacks)
+    camera ───────► visible         chunks out of view or of weight 0 are skipped   (cull, sieve, stacks)
                       │ a selection: runs of surfels, and what Eq. 3 needs of each level
           ┌───────────┴─────────────────────────────┐
       a GPU                                     software OpenGL

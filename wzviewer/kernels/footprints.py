@@ -12,12 +12,14 @@ from wzviewer.core.types import FloatArray
 from wzviewer.kernels.binning import Indices, depth_bits
 from wzviewer.kernels.elementary import ONE, ZERO
 from wzviewer.kernels.opacity import weigh_range
-from wzviewer.kernels.projection import CULLED, cull_range, drop_small, may_be_seen, project_range
+from wzviewer.kernels.projection import CULLED, drop_small, may_be_seen, project_range
 
 TASK_SURFELS = 1024
 PLAIN, BY_CAMERAS, GIVEN = 0, 1, 2  # where the weights of a task come from
 _REACH_UNLIMITED_PX = 1e30
 
+Seen = NDArray[np.bool_]
+Places = NDArray[np.int64]
 Tasks = NDArray[np.int64]  # (tasks, 4): first and last surfel, row of the first, kind of weights
 
 
@@ -36,6 +38,33 @@ def tasks_of(pieces: list[tuple[slice, int]], row: int) -> Tasks:
         tasks.append(np.stack([starts, stops, row + starts - piece.start, kinds], 1))
         row += piece.stop - piece.start
     return np.concatenate(tasks) if tasks else np.empty((0, 4), np.int64)
+
+
+def in_view(tasks: Tasks, seen: Seen, row: int) -> tuple[Tasks, Places]:
+    """Leaves out tasks that touch nothing of the image, and moves the others up.
+
+    Args:
+        tasks: from `tasks_of`.
+        seen: (tasks,) from `look`.
+        row: where the first one goes.
+
+    Returns:
+        The tasks that are left, and by how much their rows moved up.
+    """
+    kept = tasks[seen]
+    rows = row + np.cumsum(kept[:, 1] - kept[:, 0]) - (kept[:, 1] - kept[:, 0])
+    moved = kept[:, 2] - rows
+    kept[:, 2] = rows
+    return kept, moved
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
+def look(
+    means: FloatArray, scales: FloatArray, tasks: Tasks, view: FloatArray, width: int, height: int, seen: Seen
+) -> None:
+    """Writes which tasks may touch the image, (tasks,) bool; arguments as of `splat`."""
+    for task in numba.prange(tasks.shape[0]):
+        seen[task] = may_be_seen(means, scales, view, width, height, tasks[task, 0], tasks[task, 1])
 
 
 @numba.njit(cache=True, nogil=True, parallel=True)
@@ -86,9 +115,6 @@ def splat(
     for task in numba.prange(tasks.shape[0]):
         first, last, row, kind = tasks[task, 0], tasks[task, 1], tasks[task, 2], tasks[task, 3]
         end = row + last - first
-        if not may_be_seen(means, scales, view, width, height, first, last):
-            cull_range(rows, row, end)
-            continue
         project_range(
             means, quats, scales, opacities, view, width, height, _REACH_UNLIMITED_PX, rows, first, last, row
         )

@@ -106,13 +106,6 @@ def may_be_seen(
     return seen > 0
 
 
-@numba.njit(fastmath=SAFE_FLAGS)
-def cull_range(projected: FloatArray, first: int, last: int) -> None:
-    """Culls rows [first, last)."""
-    for i in range(first, last):
-        projected[i, 6] = CULLED
-
-
 @numba.njit(fastmath=SAFE_FLAGS, error_model="numpy")
 def project_range(
     means: FloatArray,

@@ -6,9 +6,10 @@
     add(surfels, view, depth row, weights)*     project, weigh, key: rows in the order of the calls
     sort()                                      nearest first
     draw(background)                            bin, composite  ──► planes of colour, transmittance
-    median()                                    of what was drawn     ──► rows
+    median()                                    of what was drawn     ──► places
 
-A row is the place of a surfel in the order of the calls, so ties in depth go by (call, index).
+A place counts through everything that was added.  Rows are what may be seen of it, in the same order, so
+ties in depth go by (call, index).
 """
 
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray, IntArray
 from wzviewer.kernels import binning, forward, projection
-from wzviewer.kernels.footprints import BY_CAMERAS, GIVEN, PLAIN, splat, tasks_of
+from wzviewer.kernels.footprints import BY_CAMERAS, GIVEN, PLAIN, Places, in_view, look, splat, tasks_of
 
 VIEW_MAX = 1e30  # of a number in the view vector; beyond it the camera sits in the anchor plane
 _INPUTS = ("means", "quats", "scales", "opacities", "colors", "native_scales", "coverage")
@@ -45,7 +46,9 @@ class Splatter:
     """The arrays of a frame, reused by the next one: fresh memory would cost a page fault each 4 KB."""
 
     def __init__(self) -> None:
-        self._count = self._num_keys = 0
+        self._count = self._num_keys = self._num_places = 0
+        self._first_rows: list[Places] = []  # of the tasks
+        self._moved: list[Places] = []  # place less row, of the surfels of each task
         self._linear = False
         self._order = np.empty(0, np.uint32)
         self._size = (0, 0)
@@ -72,7 +75,8 @@ class Splatter:
             width: image width, px.
             height: image height, px.
         """
-        self._count = self._num_keys = 0
+        self._count = self._num_keys = self._num_places = 0
+        self._first_rows, self._moved = [], []
         self._size, self._lists = (width, height), None
         if capacity > len(self._rows):
             self._reserve(int(capacity * _ROOM))
@@ -101,18 +105,21 @@ class Splatter:
         """
         kind = BY_CAMERAS if texels is not None else PLAIN if weights is None else GIVEN
         pieces = [(slice(0, len(surfels)), kind)] if pieces is None else pieces
-        start = self._count
-        self._count += sum(piece.stop - piece.start for piece, _ in pieces)
-        packed = projection.view_vector(view)
-        if not np.all(np.abs(packed) < VIEW_MAX):
-            self._rows[start : self._count, 6] = projection.CULLED
-            return
-        arrays = surfels.arrays()
+        packed, arrays = projection.view_vector(view), surfels.arrays()
+        all_tasks = tasks_of(pieces, self._num_places)
+        self._num_places += sum(piece.stop - piece.start for piece, _ in pieces)
+        seen = np.zeros(len(all_tasks), bool)
+        if np.all(np.abs(packed) < VIEW_MAX):
+            look(arrays["means"], arrays["scales"], all_tasks, packed, *self._size, seen)
+        tasks, moved = in_view(all_tasks, seen, self._count)
+        self._count += int((tasks[:, 1] - tasks[:, 0]).sum())
+        self._first_rows.append(tasks[:, 2])
+        self._moved.append(moved)
         given = _NOTHING if weights is None else np.ascontiguousarray(weights, np.float32)
         covers = _NO_TEXELS if texels is None else texels
         out = (self._rows, self._colors, self._weights, self._bits)
         where = (packed, covers, depth_row, *self._size, contribution_min)
-        splat(*(arrays[name] for name in _INPUTS), given, tasks_of(pieces, start), *where, *out)
+        splat(*(arrays[name] for name in _INPUTS), given, tasks, *where, *out)
 
     def sort(self) -> binning.Indices:
         """Orders the rows that may be seen, nearest first, (m,) uint32."""
@@ -138,7 +145,9 @@ class Splatter:
         return planes
 
     def median(self) -> IntArray:
-        """Row of the surfel at which transmittance crosses 1/2, (h, w) int32; -1 where none; after `draw`.
+        """Place of the surfel at which transmittance crosses 1/2, (h, w) int32; -1 where none; after `draw`.
+
+        Places count through what was added, in the order of the calls.
 
         Raises:
             ValueError: before `draw`.
@@ -150,7 +159,16 @@ class Splatter:
         laws = (self._weights[: self._count], self._linear)
         through = np.empty(index.shape, np.float32)
         forward.median_index(self._rows[: self._count], *laws, *self._lists, index, through)
-        return index[:height, :width]
+        return self._places_of(index[:height, :width])
+
+    def _places_of(self, rows: IntArray) -> IntArray:
+        """Maps rows, (h, w), to places; -1 stays."""
+        found = rows >= 0
+        if not found.any():
+            return rows.copy()
+        first_rows, moved = np.concatenate(self._first_rows), np.concatenate(self._moved)
+        task = np.searchsorted(first_rows, np.where(found, rows, 0), side="right") - 1
+        return np.where(found, rows + moved[task], -1).astype(np.int32)
 
     def _reserve(self, capacity: int) -> None:
         self._rows = np.empty((capacity, 8), np.float32)
