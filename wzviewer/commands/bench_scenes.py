@@ -12,6 +12,7 @@ from wzviewer.core.photos import load_photo
 from wzviewer.core.scene import Level, Scene, coverage_for
 from wzviewer.core.types import ByteArray, FloatArray
 
+PLANE_DEPTH = 1.0  # of all levels, world units
 DETAIL_LIMIT = 30.0  # standard deviation of an image, grey levels
 CENTRE = (0.53, 0.47)  # of every zoom; off the middle, so that nothing cancels by symmetry
 
@@ -40,7 +41,7 @@ def grid_level(
     scene: Scene, parent: int | None, camera: Camera, image: ByteArray, relief: FloatArray
 ) -> Level:
     """One level of pixel-aligned surfels at unit depth."""
-    frame = LevelFrame.of_camera(camera, 1.0)
+    frame = LevelFrame.of_camera(camera, PLANE_DEPTH)
     surfels = lift(image.astype(np.float32) / np.float32(255.0), relief, camera)
     surfels = surfels.with_(coverage=coverage_for(scene, parent, camera, frame, surfels.means))
     surfels = finished(surfels, camera, frame)
