@@ -10,8 +10,9 @@ LIMIT_PX = 0.02  # of the design; measured 4e-5 to level 10, 2e-4 at 11, 0.0024 
 
 @pytest.mark.parametrize("level", [0, 3, 6, 9, 12])
 @pytest.mark.parametrize("angle_deg", [0.0, 8.0])
-def test_a_splat_is_drawn_where_it_belongs(gl_context, level, angle_deg):
-    assert projection_error_px(gl_context, level, angle_deg) < LIMIT_PX
+@pytest.mark.parametrize("rasterizer", ["shaders", "kernels"])
+def test_a_splat_is_drawn_where_it_belongs(gl_context, level, angle_deg, rasterizer):
+    assert projection_error_px(gl_context, level, angle_deg, rasterizer) < LIMIT_PX
 
 
 def test_the_fit_finds_the_centre_of_a_gaussian_and_would_see_a_shift():

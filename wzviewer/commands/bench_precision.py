@@ -17,13 +17,15 @@ from wzviewer.core.scene import Level, Scene
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import DoubleArray, FloatArray
 from wzviewer.gl.context import GlContext, create_context
-from wzviewer.gl.renderer import SurfelRenderer
+from wzviewer.gl.renderer import RasterizerName, SurfelRenderer
 
 WIDTH_PX, HEIGHT_PX = 640, 400
 PATCH_PX, BORDER_PX = 3, 8
 CENTRE = (0.37, 0.61)  # of every zoom
 ORBIT_DEG = 8.0
 LEVELS = range(13)
+
+KEYS: dict[RasterizerName, str] = {"shaders": "", "kernels": "_kernels"}  # how their keys end
 
 
 def measure(options: argparse.Namespace) -> dict[str, Any]:
@@ -32,14 +34,17 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     try:
         record: dict[str, Any] = {}
         for level in LEVELS:
-            errors = [projection_error_px(context, level, angle) for angle in (0.0, ORBIT_DEG)]
-            record[f"projection_error_px_level_{level}"] = max(errors)
+            for rasterizer, key in KEYS.items():
+                errors = [projection_error_px(context, level, a, rasterizer) for a in (0.0, ORBIT_DEG)]
+                record[f"projection_error_px_level_{level}{key}"] = max(errors)
         return record
     finally:
         context.close()
 
 
-def projection_error_px(context: GlContext, level: int, angle_deg: float) -> float:
+def projection_error_px(
+    context: GlContext, level: int, angle_deg: float, rasterizer: RasterizerName = "shaders"
+) -> float:
     """Largest distance in px between drawn and true centres, in a x8^level zoom."""
     camera = Camera.initial(WIDTH_PX, HEIGHT_PX)
     for _ in range(level):
@@ -47,7 +52,7 @@ def projection_error_px(context: GlContext, level: int, angle_deg: float) -> flo
     scene = Scene()
     scene.append(lonely_splats(camera))
     view = orbited(camera, scene[0].frame.origin, float(np.deg2rad(angle_deg)), 0.0)
-    renderer = SurfelRenderer(context)
+    renderer = SurfelRenderer(context, rasterizer)
     renderer.sync(scene)
     coverage = renderer.render(view).read_coverage()
     renderer.release()
