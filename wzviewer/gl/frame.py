@@ -30,7 +30,7 @@ class RenderSettings:
         outputs: depth and level cost about five more passes.
         culling: False draws every chunk (to test the culling).
         quads: None chooses points where they fit; True and False force one.
-        antialias: with modulation, a level that is seen at a quarter of its resolution or less is drawn
+        antialias: with modulation, a root that is seen at a quarter of its resolution or less is drawn
             with merged surfels half a pixel apart: its own would be so many to a pixel that they flicker
             (and 6 dB further from what a lens would show).  The paper's renderer has no such thing.
         contribution_min: surfels whose opacity times area on the screen, px^2, is less are left out; 0

@@ -220,10 +220,8 @@ class SurfelRenderer:
         return Choice(
             settings.modulation,
             settings.culling,
-            max(
-                settings.spacing_px,
-                ANTIALIAS_SPACING_PX if settings.antialias and settings.modulation else 0.0,
-            ),
+            settings.spacing_px,
+            ANTIALIAS_SPACING_PX if settings.antialias and settings.modulation else 0.0,
             settings.contribution_min,
             point_limit_px=self._rasterizer.point_limit_px,
         )

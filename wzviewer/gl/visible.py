@@ -120,6 +120,7 @@ class Choice:
         modulated: whether Eq. 3 applies.
         culling: False keeps every chunk.
         spacing_px: merged surfels are taken where theirs are at most this far apart on the screen.
+        root_spacing_px: the same for levels without a parent, if it is more: those never fade in.
         contribution_min: surfels whose opacity times area, px^2, is less may be left out.
         margin_px: chunks this far outside the image are kept too, for a camera that moves on.
         point_limit_px: surfels of chunks with larger footprints are marked big.
@@ -128,6 +129,7 @@ class Choice:
     modulated: bool = True
     culling: bool = True
     spacing_px: float = 0.0
+    root_spacing_px: float = 0.0
     contribution_min: float = 0.0
     margin_px: float = 0.0
     point_limit_px: float = np.inf
@@ -261,9 +263,9 @@ def _see(
     if not sets:
         return {}, frozenset()
     unmerged = frozenset[int]()
-    if choice.spacing_px > 0.0:
+    if max(choice.spacing_px, choice.root_spacing_px) > 0.0:
         near = Region.of(sets, views, size_px, 0.0)
-        sets, unmerged = _choose_sets(table, near, sets, choice.spacing_px)
+        sets, unmerged = _choose_sets(table, near, sets, choice)
     region = Region.of(sets, views, size_px, choice.margin_px)
     region = region.take(2.0 * np.pi * (region.radii_px / EXTENT_SIGMAS) ** 2 >= choice.contribution_min)
     plain, covers = np.ones(len(region.owners), bool), np.empty(0, np.int32)
@@ -294,7 +296,7 @@ def _of_covers(table: LevelTable, owner: int, covers: IntArray) -> Modulation:
 
 
 def _choose_sets(
-    table: LevelTable, region: Region, exact: Mapping[int, SurfelSet], spacing_px: float
+    table: LevelTable, region: Region, exact: Mapping[int, SurfelSet], choice: Choice
 ) -> tuple[dict[int, SurfelSet], frozenset[int]]:
     """The coarsest forms whose surfels are near enough to each other on the screen.
 
@@ -308,6 +310,8 @@ def _choose_sets(
     chosen, unmerged = {}, set()
     for owner, finest in exact.items():
         sets = table.states[owner].sets if np.isfinite(most[owner]) else ()
+        is_root = table.states[owner].level.parent is None
+        spacing_px = max(choice.spacing_px, choice.root_spacing_px if is_root else 0.0)
         fitting = [s for s in sets if s.cell_px * 2.0 ** most[owner] <= spacing_px]
         chosen[owner] = max(fitting, key=lambda s: s.cell_px, default=finest)
         wanted = [cell for cell in MERGED_CELLS_PX if cell * 2.0 ** most[owner] <= spacing_px]
