@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tests.core.builders import small_scene
+from tests.gl.gates import PATIENCE_S, Gate
 from tests.gl.surfaces import hill_scene
 from wzviewer.gl import merging
 from wzviewer.gl.arrivals import Arrivals
@@ -14,29 +15,26 @@ from wzviewer.gl.merging import MERGED_CELLS_PX, MergeQueue
 from wzviewer.gl.pages import Pages
 from wzviewer.gl.renderer import SurfelRenderer
 
-PATIENCE_S = 20.0
 
-
-class Gate:
+class MergeGate(Gate):
     """Holds back `merged` on the thread; gives the first surfels of a level for its merged ones."""
 
     def __init__(self, monkeypatch):
-        self.open, self.entered = threading.Event(), threading.Semaphore(0)
-        self.open.set()
+        super().__init__()
         self.merged = []
         monkeypatch.setattr(merging, "merged", self)
 
     def __call__(self, surfels, camera, frame, cell_px):
         if cell_px == MERGED_CELLS_PX[0]:
             self.merged.append(surfels)
-            self.entered.release()
+            self.pass_through()
         assert self.open.wait(PATIENCE_S)
         return surfels.take(slice(0, len(surfels) // cell_px**2 + 1))
 
 
 @pytest.fixture
 def gate(monkeypatch):
-    made = Gate(monkeypatch)
+    made = MergeGate(monkeypatch)
     yield made
     made.open.set()
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.gl.gates import PATIENCE_S, Gate, until
 from tests.gl.surfaces import hill_scene, orbited
 from wzviewer.core.camera import Camera
 from wzviewer.gl import ordering
@@ -15,33 +16,26 @@ from wzviewer.gl.pages import Pages
 from wzviewer.gl.renderer import SurfelRenderer
 from wzviewer.gl.visible import Choice, select
 
-PATIENCE_S = 20.0
 CHOICE = Choice()
 
 
-class Gate:
+class SelectGate(Gate):
     """Holds back `select` on the ordering thread, and counts."""
 
     def __init__(self, monkeypatch):
-        self.open, self.entered = threading.Event(), threading.Semaphore(0)
-        self.open.set()
+        super().__init__()
         self.cameras = []
         monkeypatch.setattr(ordering, "select", self)
 
     def __call__(self, states, camera, choice):
         self.cameras.append(camera)
-        self.entered.release()
-        assert self.open.wait(PATIENCE_S)
+        self.pass_through()
         return select(states, camera, choice)
-
-    def wait(self):
-        """Until one more selection has begun."""
-        assert self.entered.acquire(timeout=PATIENCE_S)
 
 
 @pytest.fixture
 def gate(monkeypatch):
-    made = Gate(monkeypatch)
+    made = SelectGate(monkeypatch)
     yield made
     made.open.set()
 
@@ -62,16 +56,6 @@ def states_of(scene):
 def cameras_about(level, count):
     """Too far from each other for one order."""
     return [orbited(level.camera, level.frame.origin, 3.0 * k) for k in range(count)]
-
-
-def until(condition):
-    """Waits for what another thread does."""
-    ticks = threading.Event()
-    for _ in range(int(PATIENCE_S / 0.005)):
-        if condition():
-            return
-        ticks.wait(0.005)
-    raise AssertionError("it never came")
 
 
 def test_the_newest_camera_wins(orders, gate):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.core.builders import random_surfels
+from tests.gl.gates import PATIENCE_S, Gate, until
 from tests.gl.paging import shrink_pages
 from tests.gl.surfaces import add_surface, flat_scene, hill_scene, hills, noise_image, orbited
 from wzviewer.core.scene import Scene
@@ -19,7 +20,6 @@ from wzviewer.gl.visible import select
 
 pytestmark = pytest.mark.gl
 
-PATIENCE_S = 20.0
 PAGE = 64
 
 
@@ -150,17 +150,17 @@ def test_nothing_outside_a_new_level_changes(monkeypatch, renderer, soon):
     assert states == sorted(states)
 
 
-class Gate:
+class OrderGate(Gate):
     """Holds back the orders of `render_soon`."""
 
     def __init__(self, monkeypatch):
-        self.open, self.busy = threading.Event(), threading.Event()
-        self.open.set()
+        super().__init__()
+        self.busy = threading.Event()
         monkeypatch.setattr(ordering, "select", self)
 
     def __call__(self, states, camera, choice):
         self.busy.set()
-        assert self.open.wait(PATIENCE_S)
+        self.pass_through()
         return select(states, camera, choice)
 
     def shut(self):
@@ -170,7 +170,7 @@ class Gate:
 
 @pytest.fixture
 def gate(monkeypatch):
-    made = Gate(monkeypatch)
+    made = OrderGate(monkeypatch)
     yield made
     made.open.set()
 
@@ -282,16 +282,6 @@ def test_the_kernels_take_over_in_the_middle_of_a_session(monkeypatch, gl_contex
     second = render(camera).read_color8()
     assert np.abs(first.astype(int) - second).max() <= 2  # measured 1: records are rounded
     made.release()
-
-
-def until(condition):
-    """Waits for what another thread does."""
-    ticks = threading.Event()
-    for _ in range(int(PATIENCE_S / 0.005)):
-        if condition():
-            return
-        ticks.wait(0.005)
-    raise AssertionError("it never came")
 
 
 def test_the_change_over_shows_no_empty_frame(monkeypatch, gl_context):

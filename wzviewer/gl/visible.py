@@ -262,10 +262,7 @@ def _see(
     sets = {owner: table.states[owner].sets[0] for owner in levels}
     if not sets:
         return {}, frozenset()
-    unmerged = frozenset[int]()
-    if max(choice.spacing_px, choice.root_spacing_px) > 0.0:
-        near = Region.of(sets, views, size_px, 0.0)
-        sets, unmerged = _choose_sets(table, near, sets, choice)
+    sets, unmerged = _choose_sets(table, views, sets, size_px, choice)
     region = Region.of(sets, views, size_px, choice.margin_px)
     region = region.take(2.0 * np.pi * (region.radii_px / EXTENT_SIGMAS) ** 2 >= choice.contribution_min)
     plain, covers = np.ones(len(region.owners), bool), np.empty(0, np.int32)
@@ -296,28 +293,56 @@ def _of_covers(table: LevelTable, owner: int, covers: IntArray) -> Modulation:
 
 
 def _choose_sets(
-    table: LevelTable, region: Region, exact: Mapping[int, SurfelSet], choice: Choice
+    table: LevelTable,
+    views: Views,
+    exact: Mapping[int, SurfelSet],
+    size_px: tuple[int, int],
+    choice: Choice,
 ) -> tuple[dict[int, SurfelSet], frozenset[int]]:
     """The coarsest forms whose surfels are near enough to each other on the screen.
 
     Returns:
         The form of each level by its place, and the levels of which a coarser one would do.
     """
+    chosen, unmerged = dict(exact), set()
+    spacings_px = _spacings_px(table, views, exact, choice)
+    if not spacings_px:
+        return chosen, frozenset()
+    region = Region.of({owner: exact[owner] for owner in spacings_px}, views, size_px, 0.0)
     native = table.native_rows[region.owners]
     octaves = log_ratio(native, region.views.rows[:, 2], region.parts.corners).max(1)  # of magnification
     most = np.full(len(table.states), -np.inf)
     np.maximum.at(most, region.owners, np.where(np.isnan(octaves), np.inf, octaves))  # nan: no merging
-    chosen, unmerged = {}, set()
-    for owner, finest in exact.items():
+    for owner, spacing_px in spacings_px.items():
         sets = table.states[owner].sets if np.isfinite(most[owner]) else ()
-        is_root = table.states[owner].level.parent is None
-        spacing_px = max(choice.spacing_px, choice.root_spacing_px if is_root else 0.0)
         fitting = [s for s in sets if s.cell_px * 2.0 ** most[owner] <= spacing_px]
-        chosen[owner] = max(fitting, key=lambda s: s.cell_px, default=finest)
+        chosen[owner] = max(fitting, key=lambda s: s.cell_px, default=exact[owner])
         wanted = [cell for cell in MERGED_CELLS_PX if cell * 2.0 ** most[owner] <= spacing_px]
         if sets and max(wanted, default=1) > chosen[owner].cell_px:
             unmerged.add(table.states[owner].level.index)
     return chosen, frozenset(unmerged)
+
+
+def _spacings_px(
+    table: LevelTable, views: Views, exact: Mapping[int, SurfelSet], choice: Choice
+) -> dict[int, float]:
+    """Spacing that merged surfels may have, of levels that may be seen small enough for the finest of them.
+
+    Seen at its own scale, as most often, a level is ruled out by the box around it.
+    """
+    found = {}
+    for owner in exact:
+        is_root = table.states[owner].level.parent is None
+        found[owner] = max(choice.spacing_px, choice.root_spacing_px if is_root else 0.0)
+    if not any(found.values()):
+        return {}
+    least = log_ratio(table.native_rows, views.rows[:, 2], table.hulls.corners).min(1)  # nan: may be
+    finest = float(min(MERGED_CELLS_PX))
+    return {
+        owner: spacing_px
+        for owner, spacing_px in found.items()
+        if spacing_px > 0.0 and not finest * 2.0 ** least[owner] > spacing_px
+    }
 
 
 def _everything(table: LevelTable, camera: Camera, choice: Choice) -> dict[int, SeenLevel]:

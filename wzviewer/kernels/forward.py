@@ -84,6 +84,8 @@ def composite(
                 r, g, bl = colors[i, 0], colors[i, 1], colors[i, 2]
                 left = np.float32(x0) + HALF - projected[i, 0]
                 first, last = row_span(projected, i, y0)
+                # Two loops, for a power of 1 needs neither exponent nor logarithm, and most weights are 1;
+                # chosen within the row, both would be computed for every pixel.
                 if linear or weights[i] == ONE:
                     times = weights[i]
                     for y in range(first, last):
