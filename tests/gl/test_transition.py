@@ -42,7 +42,6 @@ def test_leak_during_a_transition(gl_context, blend, limit, rasterizer):
     assert max(leak[0], leak[-1]) < 0.08  # one level alone, off the grid: measured 0.057
 
 
-@pytest.mark.xfail(strict=True, reason="the feather of a small image is narrower than its parent's pixel")
 @pytest.mark.parametrize("rasterizer", ["shaders", "kernels"])
 def test_no_line_along_a_childs_border(gl_context, rasterizer):
     """At the child's own scale its border is as closed as one level is; presenting hides up to 0.1."""

@@ -16,5 +16,7 @@ TRANSMITTANCE_STOP = 1e-4  # front to back only: what lies behind is invisible a
 ZOOM_FACTOR = 8.0  # focal length of a new level, relative to its parent
 FOCAL_PX, IMAGE_WIDTH_PX, IMAGE_HEIGHT_PX = 1024.0, 1088, 720  # the paper's first camera
 COVERAGE_FEATHER = 0.04  # of the shorter image side: where a child fades into its parent
+FEATHER_MIN_PX = 3.5 * ZOOM_FACTOR  # the same, at least: three and a half pixels of the parent
+PARENT_REACH_PX = 15.0  # of a parent's surfel, px of the child: where its alpha falls below ALPHA_CUT
 SKY_DEPTH = 36.7  # world units, where the median depth of E_0 is 1
 MAX_LEVELS = 256  # in one scene

@@ -26,7 +26,7 @@ import numpy as np
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
-from wzviewer.core.constants import COVERAGE_FEATHER
+from wzviewer.core.constants import COVERAGE_FEATHER, FEATHER_MIN_PX, PARENT_REACH_PX
 from wzviewer.core.types import DoubleArray, FloatArray
 
 LOG_SPAN_MIN = 0.05  # of a parent-child ramp, log2: an extension at the same scale still fades
@@ -86,8 +86,14 @@ def edge_coverage(points_px: FloatArray, width: int, height: int, feather_px: fl
 
 
 def feather_px(camera: Camera) -> float:
-    """Width of the transition inside a child's border, px of its camera."""
-    return COVERAGE_FEATHER * min(camera.width, camera.height)
+    """Width of the transition inside a child's border, px of its camera.
+
+    A pixel of the parent is eight wide here, and the parent fades by whole surfels: a transition narrower
+    than a few of them leaks.  What is left of the parent inside the border reaches further in than the
+    transition, and a very small image has to keep a middle of its own.
+    """
+    shorter = min(camera.width, camera.height)
+    return max(COVERAGE_FEATHER * shorter, min(FEATHER_MIN_PX, 0.5 * shorter - PARENT_REACH_PX))
 
 
 @dataclass(frozen=True, eq=False)
