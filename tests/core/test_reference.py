@@ -1,5 +1,7 @@
 """The reference renderer against closed forms that need no renderer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -97,9 +99,11 @@ def test_weights_are_those_of_core_opacity():
         for level in scene:
             s = level.surfels
             view = AnchoredView.expand(camera, level.frame)
-            fast = weights(s.means, s.native_scales, s.coverage, view, modulation(scene, level.index))
-            slow = reference.level_weights(scene, level.index, s, camera)
-            np.testing.assert_allclose(slow, fast, atol=1e-6)  # measured 1e-7
+            arrays, law = (s.means, s.native_scales, s.coverage), modulation(scene, level.index)
+            for compensated in (False, True):
+                fast = weights(*arrays, view, law, compensated)
+                slow = reference.level_weights(scene, level.index, s, camera, compensated)
+                np.testing.assert_allclose(slow, fast, atol=1e-6)  # measured 1e-7
 
 
 def test_siblings_and_their_covers_are_the_scenes():
@@ -118,10 +122,11 @@ def test_siblings_and_their_covers_are_the_scenes():
 def test_half_way_between_two_levels_light_is_kept(blend):
     scene = flat_scene(32, 24)
     camera = scene[0].camera.zoomed(16.0, 12.0, np.sqrt(8.0))
+    between_pixels = replace(scene[0].camera, cx=scene[0].camera.cx + 0.31, cy=scene[0].camera.cy + 0.31)
     middle = reference.render(scene, camera, blend).coverage[9:15, 12:20]
-    ends = reference.render(scene, scene[0].camera, blend).coverage[10:14, 14:18]
+    ends = reference.render(scene, between_pixels, blend).coverage[10:14, 14:18]
     leak = (1 - middle).mean() - (1 - ends).mean()
-    assert (leak < 0.02) if blend == "transmittance" else (leak > 0.02)  # measured 0.016 and 0.047
+    assert (leak < -0.015) if blend == "transmittance" else (leak > -0.01)  # measured -0.019 and -0.008
 
 
 def test_the_focus_is_the_level_seen_nearest_to_its_own_scale():

@@ -13,6 +13,7 @@ from wzviewer.commands.bench_scenes import chain_scene
 from wzviewer.core import reference
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
+from wzviewer.core.constants import WEIGHT_MIN
 from wzviewer.core.reference import Focus
 from wzviewer.core.scene import Scene, modulation
 from wzviewer.errors import ContextError
@@ -306,8 +307,8 @@ def test_a_culled_order_is_the_order_of_what_is_seen(sorter, short, modulated):
         order, whole = made.read(), order_runs(chosen.runs, chosen.focus)
         records = np.concatenate([run.records() for run in chosen.runs])
         kept = np.isin(records, order)
-        surely = seen_by_numpy(short.scene, chosen, -1e-5, 1.05e-4, modulated)
-        perhaps = seen_by_numpy(short.scene, chosen, 2e-4, 0.75e-4, modulated)
+        surely = seen_by_numpy(short.scene, chosen, -1e-5, 1.05 * WEIGHT_MIN, modulated)
+        perhaps = seen_by_numpy(short.scene, chosen, 2e-4, 0.75 * WEIGHT_MIN, modulated)
         assert not (surely & ~kept).any()
         assert not (kept & ~perhaps).any()
         assert (perhaps & ~surely).mean() < 0.01  # so the two lines above mean something

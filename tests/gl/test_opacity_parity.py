@@ -1,6 +1,7 @@
 """The GLSL twins of core/opacity.py and core/anchor.py, run in a fragment pass into float targets."""
 
 import shutil
+from dataclasses import replace
 from importlib.resources import as_file, files
 
 import moderngl
@@ -100,9 +101,9 @@ def test_weights_in_the_shader_equal_those_in_numpy(probe):
             camera = scene[int(rng.integers(len(scene)))].camera.zoomed(
                 *(rng.random(2) * 50), 0.5 + 3 * rng.random()
             )
-            view, covers = AnchoredView.expand(camera, level.frame), modulation(scene, level.index)
-            s = level.surfels
-            expected = weights(s.means, s.native_scales, s.coverage, view, covers)
+            covers = replace(modulation(scene, level.index), cell_px=int(rng.choice([1, 2, 4])))
+            view, s = AnchoredView.expand(camera, level.frame), level.surfels
+            expected = weights(s.means, s.native_scales, s.coverage, view, covers, compensated=True)
             out, _ = probe(s, level.index, view, covers)
             worst = max(worst, float(np.abs(out[:, 0] - expected).max()))
             partial += int(((expected > 0.01) & (expected < 0.99)).sum())

@@ -60,7 +60,7 @@ def test_worker_and_gl_agree(gl_context, scene, view, blend):
     camera = scene[level].camera
     camera = camera.zoomed(camera.width * 0.55, camera.height * 0.45, magnification)
     path = [scene[i] for i in range(3)]
-    worker = render(visible_parts(path, camera), camera, blend=blend)
+    worker = render(visible_parts(path, camera, blend), camera, blend=blend)
     renderer = SurfelRenderer(gl_context, "shaders")
     renderer.sync(scene)
     frame = renderer.render(camera, RenderSettings(blend=blend, outputs=frozenset({"color", "coverage"})))

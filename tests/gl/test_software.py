@@ -101,7 +101,7 @@ def test_weights_are_those_of_numpy():
             camera = everywhere(near.zoomed(*(rng.random(2) * 50), 0.5 + 3 * rng.random()))
             law, s = modulation(scene, level.index), level.surfels
             found, seen, view = weighed(level, camera, law)
-            expected = weights(s.means, s.native_scales, s.coverage, view, law)
+            expected = weights(s.means, s.native_scales, s.coverage, view, law, compensated=True)
             worst = max(worst, float(np.abs(found - expected)[seen].max(initial=0.0)))
             partial += int(((expected > 0.01) & (expected < 0.99) & seen).sum())
     assert partial > 2000  # the cases are not all 0 and 1
@@ -123,7 +123,7 @@ def test_weights_are_right_when_the_anchor_is_behind_the_camera():
         found, seen, view = weighed(level, camera, law)
         assert view.depth < 0.0
         s = level.surfels
-        expected = weights(s.means, s.native_scales, s.coverage, view, law)
+        expected = weights(s.means, s.native_scales, s.coverage, view, law, compensated=True)
         np.testing.assert_allclose(found[seen], expected[seen], atol=2e-5)  # measured 3e-6
         seen_at_all += int((expected[seen] > 0.0).sum())
     assert seen_at_all > 100

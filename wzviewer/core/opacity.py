@@ -15,6 +15,13 @@ On a chain with m = 1 this is Eq. 3; on any tree the weights at a point sum to 1
 down the tree, so t of a level above 0 means t = 1 for its ancestors: ``u`` needs one t, and the
 product of the m along the ancestors is stored with the surfel (`Surfels.coverage`).
 
+Where a level fades in it is seen below its own resolution.  Its footprints shrink as their number in a
+pixel grows, so its optical depth there stays, but for the low-pass: that widens small footprints, at the
+scale of a parent x8 coarser to five times their area, and a child would begin five times too fast.  With
+the transmittance blend the exponent takes that back (`compensation`), relative to the level's own scale:
+the optical depth is then t times what it is there, and the same for merged surfels.  The linear blend
+leaves this out, as the paper does.
+
 The GLSL twin is ``shaders/include/opacity.glsl``; ``tests/gl/test_opacity_parity.py`` compares them.
 All scales here are log2 over the level's unit, so 8^12 stays far from the limits of float32.
 """
@@ -26,10 +33,18 @@ import numpy as np
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
-from wzviewer.core.constants import COVERAGE_FEATHER, FEATHER_MIN_PX, PARENT_REACH_PX
+from wzviewer.core.constants import (
+    COVERAGE_FEATHER,
+    FEATHER_MIN_PX,
+    LOW_PASS_PX2,
+    PARENT_REACH_PX,
+    SURFEL_SIGMA_PX,
+)
 from wzviewer.core.types import DoubleArray, FloatArray
 
 LOG_SPAN_MIN = 0.05  # of a parent-child ramp, log2: an extension at the same scale still fades
+LARGE_CELL = 1e4  # log2 of one that is wider than any pixel
+VARIANCE_PX2 = SURFEL_SIGMA_PX**2  # of a surfel at its native scale, before the low-pass
 
 
 def opacity_weight(
@@ -136,15 +151,23 @@ class Modulation:
     Attributes:
         parent_rows: (4,) ``(g, base)`` of the parent's camera, or None at the root.
         covers: children, and newer siblings of the level and of its ancestors.
+        cell_px: native pixels along a side of what one surfel stands for; more than 1 when merged.
     """
 
     parent_rows: DoubleArray | None
     covers: tuple[Cover, ...]
+    cell_px: int = 1
 
-    def texels(self) -> FloatArray:
-        """Returns (2 + 5 covers, 4) float32: parent, (covers, has a parent, 1, 0), then the covers."""
+    def texels(self, compensated: bool = True) -> FloatArray:
+        """Returns (2 + 5 covers, 4) float32: parent, (covers, has a parent, 1, cell), then the covers.
+
+        Args:
+            compensated: whether weights are multiplied by `compensation`; if not, the cell, log2, is so
+                large that it is 1.
+        """
         parent = np.zeros(4) if self.parent_rows is None else self.parent_rows
-        counts = [len(self.covers), float(self.parent_rows is not None), 1.0, 0.0]
+        cell = np.log2(self.cell_px) if compensated else LARGE_CELL
+        counts = [len(self.covers), float(self.parent_rows is not None), 1.0, cell]
         head = np.array([parent, counts], np.float32)
         return np.concatenate([head, *(cover.texels() for cover in self.covers)])
 
@@ -160,12 +183,31 @@ def log_ramp(top: FloatArray, here: FloatArray, low: FloatArray) -> FloatArray:
     return np.clip((top - here) / np.maximum(top - low, np.float32(LOG_SPAN_MIN)), 0.0, 1.0)
 
 
+def compensation(native: FloatArray, render: FloatArray, cell_px: int = 1) -> FloatArray:
+    """By how much the low-pass widens a footprint at its native scale, over how much it does here.
+
+    Args:
+        native: (n,) log2 of s_native over the level's unit.
+        render: (n,) log2 pixel scale at the rendering camera over the same.
+        cell_px: native pixels along a side of what one surfel stands for.
+
+    Returns:
+        (n,) ``(v + lp) m^2 / (v m^2 + lp)`` with m the magnification, at most 1, v the variance of a
+        surfel in native pixels and lp that of the low-pass.
+    """
+    octaves = np.minimum(native + np.float32(np.log2(cell_px)) - render, np.float32(0.0))
+    area = np.exp2(np.float32(2.0) * octaves)
+    v, low_pass = np.float32(VARIANCE_PX2), np.float32(LOW_PASS_PX2)
+    return area * (v + low_pass) / (v * area + low_pass)
+
+
 def weights(
     means: FloatArray,
     native_scales: FloatArray,
     coverage: FloatArray,
     view: AnchoredView,
     modulation: Modulation,
+    compensated: bool = False,
 ) -> FloatArray:
     """Weight w of every surfel of a level (Eq. 3 with coverage).
 
@@ -175,6 +217,7 @@ def weights(
         coverage: (n,) product of m over the level and its ancestors.
         view: the rendering camera about the level's anchor.
         modulation: the level's parent and covers.
+        compensated: multiply by `compensation`: the exponents of the transmittance blend.
 
     Returns:
         (n,) float32 in [0, 1].
@@ -182,8 +225,9 @@ def weights(
     render = view.log_scale(means)
     w = coverage.astype(np.float32)
     if modulation.parent_rows is not None:
-        top = scale_of_row(modulation.parent_rows, means)
-        w = w * log_ramp(top, render, np.log2(native_scales))
+        top, native = scale_of_row(modulation.parent_rows, means), np.log2(native_scales)
+        w = w * log_ramp(top, render, native)
+        w = w * compensation(native, render, modulation.cell_px) if compensated else w
     for cover in modulation.covers:
         w = w * (np.float32(1.0) - cover.share(means, render))
     return np.clip(w, 0.0, 1.0).astype(np.float32)

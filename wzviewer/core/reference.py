@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
-from wzviewer.core.constants import ALPHA_CUT, ALPHA_MAX, LOW_PASS_PX2
+from wzviewer.core.constants import ALPHA_CUT, ALPHA_MAX, LOW_PASS_PX2, SURFEL_SIGMA_PX
 from wzviewer.core.opacity import LOG_SPAN_MIN, feather_px
 from wzviewer.core.scene import Scene
 from wzviewer.core.surfels import Surfels
@@ -210,8 +210,19 @@ def covered(means: NDArray[Any], frame: LevelFrame, camera: Camera) -> DoubleArr
     return s * s * (3.0 - 2.0 * s)
 
 
-def level_weights(scene: Scene, index: int, surfels: Surfels, camera: Camera) -> DoubleArray:
-    """The w of surfels (n) of a visible level: u of the level times what its children leave."""
+def level_weights(
+    scene: Scene, index: int, surfels: Surfels, camera: Camera, compensated: bool = False
+) -> DoubleArray:
+    """The w of surfels (n) of a visible level: u of the level times what its children leave.
+
+    Args:
+        scene: that it is in.
+        index: of the level.
+        surfels: of the level, (n).
+        camera: the rendering camera.
+        compensated: take back by how much more than at its native scale the low-pass widens a surfel
+            of a level that fades in, as the transmittance blend does; the root never does.
+    """
     level, means = scene[index], surfels.means
     render = log_pixel_scale(means, level.frame, camera)
     w = surfels.coverage.astype(np.float64)
@@ -219,6 +230,11 @@ def level_weights(scene: Scene, index: int, surfels: Surfels, camera: Camera) ->
         top = log_pixel_scale(means, level.frame, scene[level.parent].camera)
         native = np.log2(surfels.native_scales.astype(np.float64) * level.frame.unit)
         w = w * _ramp(top, render, native)
+        w = (
+            w * _widening(native, native) / _widening(native, np.maximum(render, native))
+            if compensated
+            else w
+        )
     for index_of_cover in covers_of(scene, index):
         cover = scene[index_of_cover]
         assert cover.parent is not None  # the root covers nothing
@@ -226,6 +242,11 @@ def level_weights(scene: Scene, index: int, surfels: Surfels, camera: Camera) ->
         low = log_pixel_scale(means, level.frame, cover.camera)
         w = w * (1.0 - covered(means, level.frame, cover.camera) * _ramp(top, render, low))
     return np.nan_to_num(w, nan=0.0)
+
+
+def _widening(native: DoubleArray, render: DoubleArray) -> DoubleArray:
+    """Area of a footprint with the low-pass over without it, (n,), seen at a pixel scale (log2)."""
+    return 1.0 + LOW_PASS_PX2 / (SURFEL_SIGMA_PX**2 * np.exp2(2.0 * (native - render)))
 
 
 def covers_of(scene: Scene, index: int) -> list[int]:
@@ -244,7 +265,9 @@ def _ramp(top: DoubleArray, here: DoubleArray, low: DoubleArray) -> DoubleArray:
     return np.nan_to_num(t, nan=0.0)
 
 
-def scene_footprints(scene: Scene, camera: Camera, modulation: bool = True) -> Footprints:
+def scene_footprints(
+    scene: Scene, camera: Camera, modulation: bool = True, blend: Blend = "transmittance"
+) -> Footprints:
     """Projects all visible levels of a scene, in scene order."""
     visible = [scene[i] for i in scene.visible()]
     focus = focus_of(camera, [level.frame for level in visible])
@@ -252,7 +275,7 @@ def scene_footprints(scene: Scene, camera: Camera, modulation: bool = True) -> F
     for level in visible:
         w = np.ones(len(level.surfels))
         if modulation:
-            w = level_weights(scene, level.index, level.surfels, camera)
+            w = level_weights(scene, level.index, level.surfels, camera, blend == "transmittance")
         parts.append(footprints(level.surfels, level.frame, camera, w, focus, level.index))
     return Footprints.concatenate(parts or [_no_footprints(camera)])
 
@@ -309,5 +332,5 @@ def render(
     scene: Scene, camera: Camera, blend: Blend = "transmittance", modulation: bool = True
 ) -> ReferenceFrame:
     """Renders the visible levels of a scene, exactly and slowly (about 20 us a surfel)."""
-    parts = scene_footprints(scene, camera, modulation).ordered()
+    parts = scene_footprints(scene, camera, modulation, blend).ordered()
     return composite(parts, camera.width, camera.height, blend)

@@ -5,7 +5,7 @@ texel      content
 =========  =========================================================================
 0, 1, 2    `AnchoredView.rows` of the rendering camera (written every frame)
 3          ``(g, base)`` of the parent's camera
-4          number of covers, 1 where there is a parent, side of the anchor (+1 | -1), 0
+4          number of covers, 1 where there is a parent, side of the anchor (+1 | -1), cell
 5 + 5 k    cover k: the three rows of its camera, its parent's row, (width, height, feather, side)
 =========  =========================================================================
 
@@ -27,7 +27,7 @@ VIEW_TEXELS, HEAD_TEXELS, COVER_TEXELS = 3, 5, 5
 WIDTH_STEP = 64 * COVER_TEXELS  # texels by which the texture widens: room for 64 covers
 
 
-_Row = tuple[DoubleArray | None, tuple[Cover, ...]]
+_Row = tuple[DoubleArray | None, tuple[Cover, ...], int]
 _Held = dict[int, _Row]
 
 
@@ -38,7 +38,7 @@ def _same(one: _Held, other: _Held) -> bool:
 
 def _identical(one: _Row, other: _Row) -> bool:
     same_covers = len(one[1]) == len(other[1]) and all(map(is_, one[1], other[1]))
-    return one[0] is other[0] and same_covers
+    return one[0] is other[0] and same_covers and one[2] == other[2]
 
 
 class BlockTexture:
@@ -66,7 +66,7 @@ class BlockTexture:
             views: the rendering camera about each level's anchor.
             modulations: parent and covers of the same levels.
         """
-        held = {slot: (m.parent_rows, m.covers) for slot, m in modulations.items()}
+        held = {slot: (m.parent_rows, m.covers, m.cell_px) for slot, m in modulations.items()}
         if self.texture is None or not _same(held, self._held):
             self._set_modulations(modulations)
             self._held = held

@@ -34,7 +34,7 @@ def pick(
     """Returns median depth (world units) and level at a pixel, or near it; None on emptiness."""
     for dx, dy in RING_PX:
         column, row = int(np.floor(at_px[0])) + dx, int(np.floor(at_px[1])) + dy
-        parts = _footprints_at(states, selection, camera, (column + 0.5, row + 0.5))
+        parts = _footprints_at(states, selection, camera, (column + 0.5, row + 0.5), blend)
         frame = composite(parts.ordered(), 1, 1, blend, left=column, top=row) if parts else None
         if frame is not None and frame.level[0, 0] >= 0:
             return float(frame.depth[0, 0]), int(frame.level[0, 0])
@@ -46,6 +46,7 @@ def _footprints_at(
     selection: Selection,
     camera: Camera,
     at_px: tuple[float, float],
+    blend: Blend,
 ) -> Footprints | None:
     focus = focus_of(camera, [state.level.frame for state in states.values()])
     parts = []
@@ -54,8 +55,8 @@ def _footprints_at(
         surfels, acting = state.sets[0].surfels.take(near), selection.seen[index].modulation
         w = np.ones(len(near))
         if acting is not None:
-            native, coverage = surfels.native_scales, surfels.coverage
-            w = weights(surfels.means, native, coverage, view, acting).astype(np.float64)
+            arrays = (surfels.means, surfels.native_scales, surfels.coverage)
+            w = weights(*arrays, view, acting, blend == "transmittance").astype(np.float64)
         parts.append(footprints(surfels, state.level.frame, camera, w, focus, index))
     return Footprints.concatenate(parts) if parts else None
 

@@ -48,7 +48,7 @@ class ShaderSource:
 
 def shared_constants() -> dict[str, Define]:
     """The macros that every shader sees."""
-    names = ("ALPHA_CUT", "ALPHA_MAX", "LOW_PASS_PX2", "WEIGHT_MIN")
+    names = ("ALPHA_CUT", "ALPHA_MAX", "LOW_PASS_PX2", "SURFEL_SIGMA_PX", "WEIGHT_MIN")
     shared: dict[str, Define] = {name: float(getattr(constants, name)) for name in names}
     return shared | {"DEPTH_FLOOR": anchor.DEPTH_FLOOR, "LOG_SPAN_MIN": opacity.LOG_SPAN_MIN}
 

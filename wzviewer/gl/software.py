@@ -134,10 +134,10 @@ class SoftwareRasterizer:
         """Draws a selection from its own camera."""
         began = time.perf_counter()
         size = (camera.width, camera.height)
-        splatter = self._splatter
+        splatter, is_linear = self._splatter, settings.blend == "linear"
         splatter.begin(selection.num_selected, *size)
         for index, level in selection.seen.items():
-            texels = None if level.modulation is None else level.modulation.texels()
+            texels = None if level.modulation is None else level.modulation.texels(not is_linear)
             view, source = selection.views[index], level.runs[0].source  # all runs are of one set
             row = depth_row(view, level.runs[0].frame, selection.focus)
             pieces = [(run.piece, self._kernels.weights_of(run.is_plain)) for run in level.runs]
@@ -145,7 +145,7 @@ class SoftwareRasterizer:
         projected = time.perf_counter()
         splatter.sort()
         sorted_at = time.perf_counter()
-        planes = splatter.draw((0.0, 0.0, 0.0), settings.blend == "linear")
+        planes = splatter.draw((0.0, 0.0, 0.0), is_linear)
         drawn = time.perf_counter()
         draw_ms = 1e3 * (drawn - sorted_at + projected - began)
         cost = DrawCost(splatter.num_drawn, 1e3 * (sorted_at - projected), draw_ms, self.name)

@@ -274,7 +274,7 @@ def _see(
         if first < last:
             here, state = slice(first, last), table.states[owner]
             part = (region.chunks[here], region.radii_px[here], plain[here])
-            modulation = _of_covers(table, owner, covers)
+            modulation = _of_covers(table, owner, covers, sets[owner].cell_px)
             seen[state.level.index] = _seen(state, sets[owner], *part, camera, modulation, choice)
     return seen, unmerged
 
@@ -285,11 +285,11 @@ def _may_be_seen(table: LevelTable, views: Views, size_px: tuple[int, int], choi
     return near & fades_in(table.hulls, views, table.parent_rows) if choice.modulated else near
 
 
-def _of_covers(table: LevelTable, owner: int, covers: IntArray) -> Modulation:
+def _of_covers(table: LevelTable, owner: int, covers: IntArray, cell_px: int) -> Modulation:
     """The modulation of a level, less the covers that act nowhere."""
     modulation = table.states[owner].modulation
     ranks = table.ranks[covers[table.covered[covers] == owner]].tolist()
-    return Modulation(modulation.parent_rows, tuple(modulation.covers[k] for k in ranks))
+    return Modulation(modulation.parent_rows, tuple(modulation.covers[k] for k in ranks), cell_px)
 
 
 def _choose_sets(

@@ -8,12 +8,13 @@ import numpy as np
 
 from wzviewer.core.anchor import DEPTH_FLOOR
 from wzviewer.core.constants import WEIGHT_MIN
-from wzviewer.core.opacity import LOG_SPAN_MIN
+from wzviewer.core.opacity import LOG_SPAN_MIN, VARIANCE_PX2
 from wzviewer.core.types import FloatArray
-from wzviewer.kernels.elementary import HALF, ONE, SAFE_FLAGS, TWO, ZERO, log2
+from wzviewer.kernels.elementary import HALF, LOW_PASS, ONE, SAFE_FLAGS, TWO, ZERO, exp2, log2
 from wzviewer.kernels.projection import CULLED
 
 THREE = np.float32(3.0)
+_VARIANCE = np.float32(VARIANCE_PX2)
 _FLOOR = np.float32(DEPTH_FLOOR)
 _SPAN_MIN = np.float32(LOG_SPAN_MIN)
 _WEIGHT_MIN = np.float32(WEIGHT_MIN)
@@ -36,6 +37,13 @@ def _log_scale(row: FloatArray, means: FloatArray, i: int, side: np.float32) -> 
 def _ramp(top: np.float32, here: np.float32, low: np.float32) -> np.float32:
     """t: 0 at the parent's log scale (top), 1 at the child's (low)."""
     return min(max((top - here) / max(top - low, _SPAN_MIN), ZERO), ONE)
+
+
+@numba.njit(fastmath=SAFE_FLAGS)
+def _compensation(octaves: np.float32) -> np.float32:
+    """`core.opacity.compensation`, from log2 of the magnification of what a surfel stands for."""
+    area = exp2(TWO * min(octaves, ZERO))
+    return area * (_VARIANCE + LOW_PASS) / (_VARIANCE * area + LOW_PASS)
 
 
 @numba.njit(fastmath=SAFE_FLAGS)
@@ -91,7 +99,9 @@ def weigh_range(
         render = _log_scale(view_row, means, i, view[12])
         w = coverage[i]
         if has_parent:
-            w *= _ramp(_log_scale(texels[0], means, i, ONE), render, log2(native_scales[i]))
+            native = log2(native_scales[i])
+            w *= _ramp(_log_scale(texels[0], means, i, ONE), render, native)
+            w *= _compensation(native + texels[1, 3] - render)
         for k in range(covers):
             if w <= ZERO:
                 break

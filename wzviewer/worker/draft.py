@@ -8,12 +8,15 @@ import numpy as np
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
+from wzviewer.core.constants import WEIGHT_MIN
 from wzviewer.core.opacity import Cover, Modulation, stored_coverage, weights
+from wzviewer.core.reference import Blend
 from wzviewer.core.scene import Level
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.rasterize import LevelPart
 
-FRAME_MARGIN_PX = 64.0  # surfels centred this far outside the image may still reach into it
+REACH_SIGMAS = 3.5  # of a surfel seen face on; those of a coarse level reach hundreds of pixels
+FRAME_MARGIN_PX = 8.0  # more, for the low-pass and for what perspective stretches
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,24 +60,27 @@ def path_modulation(path: Sequence[Level], position: int) -> Modulation:
     return Modulation(parent_rows, covers)
 
 
-def visible_parts(path: Sequence[Level], camera: Camera) -> list[LevelPart]:
-    """The surfels of a chain that a camera sees, with their Eq. 3 weights."""
-    parts = (_visible_part(path, position, camera) for position in range(len(path)))
+def visible_parts(path: Sequence[Level], camera: Camera, blend: Blend = "transmittance") -> list[LevelPart]:
+    """The surfels of a chain that a camera sees, with their Eq. 3 weights for a blend."""
+    parts = (_visible_part(path, position, camera, blend) for position in range(len(path)))
     return [part for part in parts if len(part.surfels)]
 
 
-def _visible_part(path: Sequence[Level], position: int, camera: Camera) -> LevelPart:
+def _visible_part(path: Sequence[Level], position: int, camera: Camera, blend: Blend) -> LevelPart:
     level = path[position]
     view = AnchoredView.expand(camera, level.frame)
     means = level.surfels.means
     with np.errstate(all="ignore"):
         points_px = view.project(means)
-        low, high = -FRAME_MARGIN_PX, FRAME_MARGIN_PX + np.array([camera.width, camera.height])
-        index = np.flatnonzero(np.all((points_px > low) & (points_px < high), axis=1))
+        reach_px = REACH_SIGMAS * level.surfels.scales.max(1) / np.exp2(view.log_scale(means))
+        margin_px = FRAME_MARGIN_PX + reach_px[:, None]
+        near = (points_px > -margin_px) & (points_px < margin_px + np.array([camera.width, camera.height]))
+        index = np.flatnonzero(near.all(1))
     surfels = level.surfels.take(index)
     modulation = path_modulation(path, position)
-    weight = weights(surfels.means, surfels.native_scales, surfels.coverage, view, modulation)
-    keep = weight > 1.0 / 512.0
+    arrays = (surfels.means, surfels.native_scales, surfels.coverage)
+    weight = weights(*arrays, view, modulation, blend == "transmittance")
+    keep = weight > WEIGHT_MIN
     frame = level.frame
     return LevelPart(surfels.take(keep), frame.origin, frame.axes, frame.unit, weight[keep])
 

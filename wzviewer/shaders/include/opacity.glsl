@@ -37,7 +37,15 @@ float cover_share(int texel, int slot, vec3 u, float render) {
     return m * log_ramp(log_scale(parent, u, 1.0), render, log_scale(view.g, u, size.w));
 }
 
-// Weight w of a surfel, Eq. 3 with coverage.
+// By how much the low-pass widens a footprint at its native scale, over how much it does here.
+//   cell      log2 of the native pixels along a side of what it stands for
+float compensation(float native, float render, float cell) {
+    const float VARIANCE_PX2 = SURFEL_SIGMA_PX * SURFEL_SIGMA_PX;
+    float area = exp2(2.0 * min(native + cell - render, 0.0));
+    return area * (VARIANCE_PX2 + LOW_PASS_PX2) / (VARIANCE_PX2 * area + LOW_PASS_PX2);
+}
+
+// Weight w of a surfel, Eq. 3 with coverage; without LINEAR_BLEND times its compensation.
 //   u         local position
 //   render    its log scale at the rendering camera
 //   native    log2 of s_native over the unit
@@ -48,6 +56,9 @@ float surfel_weight(int slot, vec3 u, float render, float native, float coverage
     if (counts.y > 0.5) {
         float top = log_scale(texelFetch(t_levels, ivec2(3, slot), 0), u, 1.0);
         w *= log_ramp(top, render, native);
+#ifndef LINEAR_BLEND
+        w *= compensation(native, render, counts.w);
+#endif
     }
     int num_covers = int(counts.x);
     for (int k = 0; k < num_covers; ++k) {

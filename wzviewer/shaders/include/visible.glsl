@@ -1,6 +1,7 @@
 // Whether a record can draw anything: the tests of surfel.vert, each loosened by more than what
 // rounding may turn, so that a surfel that is dropped would have been culled there.
 
+#define LINEAR_BLEND  // the weight without compensation is the larger: what it drops, both blends drop
 #include "opacity.glsl"
 #include "footprint.glsl"
 
