@@ -165,6 +165,7 @@ class FakeRenderer:
     """Sees a plane at depth 1 everywhere and draws nothing."""
 
     target_s = 1 / 60
+    gpu_s = 0.0
     is_settled = True
 
     def sync(self, scene: Scene) -> bool:

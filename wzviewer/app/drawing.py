@@ -1,5 +1,6 @@
 """Lines 6-7 of Algorithm 1 as the app uses them: draw what is needed, and only when it is."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 
 from wzviewer.app.pacing import SOFTWARE_TARGET_S, SPACING_PX, TARGET_S
@@ -8,6 +9,7 @@ from wzviewer.core.scene import Scene
 from wzviewer.gl.context import GlContext
 from wzviewer.gl.frame import Frame, RenderSettings
 from wzviewer.gl.renderer import SurfelRenderer
+from wzviewer.gl.timing import FrameTimer
 
 UPLOAD_BYTES = 4 << 20  # to the renderer in a frame, so that an arriving level costs no stutter
 BACKGROUND = (0.043, 0.047, 0.055, 1.0)
@@ -26,6 +28,7 @@ class SceneDrawing:
         self._settings = settings or RenderSettings(background=BACKGROUND)
         self.target_s = SOFTWARE_TARGET_S if context.is_software else TARGET_S
         self._picture: tuple[tuple[object, ...], Frame] | None = None
+        self._timer = FrameTimer(context.ctx)
 
     def sync(self, scene: Scene) -> bool:
         """Takes over some of what changed in the scene; returns whether that was all."""
@@ -44,9 +47,16 @@ class SceneDrawing:
         key = (camera.key, size, is_moving, self._renderer.version)
         if self._picture is None or self._picture[0] != key or not self._picture[1].stats.is_exact:
             small = camera.resized(*size) if fraction < 1.0 else camera
-            settings = replace(self._settings, spacing_px=SPACING_PX) if is_moving else self._settings
-            self._picture = (key, self._renderer.render_soon(small, settings))
+            is_coarse = is_moving and fraction < 1.0  # at full resolution there is time for every surfel
+            settings = replace(self._settings, spacing_px=SPACING_PX) if is_coarse else self._settings
+            with self._timer.frame() if is_moving else nullcontext():
+                self._picture = (key, self._renderer.render_soon(small, settings))
         return self._picture[1]
+
+    @property
+    def gpu_s(self) -> float:
+        """What the graphics card itself took for the picture in motion before the last one, s."""
+        return self._timer.seconds
 
     @property
     def is_settled(self) -> bool:

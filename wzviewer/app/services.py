@@ -64,6 +64,11 @@ class SceneRenderer(Protocol):
         """Whether the last picture is the exact one for its camera."""
         ...
 
+    @property
+    def gpu_s(self) -> float:
+        """What the graphics card itself took for a recent picture, s; 0 while unknown."""
+        ...
+
     def sync(self, scene: Scene) -> bool:
         """Takes over some of what changed in the scene; returns whether that was all."""
         ...
