@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wzviewer.core.types import FloatArray
+from wzviewer.core.anchor import LevelFrame
+from wzviewer.core.types import DoubleArray, FloatArray
 
 SURFEL_SHAPES: dict[str, tuple[int, ...]] = {
     "means": (3,),
@@ -80,7 +81,41 @@ class Surfels:
         """Returns the arrays by name, in declaration order."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
+    def moved(self, from_frame: LevelFrame, to_frame: LevelFrame) -> "Surfels":
+        """Returns the surfels of one frame in another one; s_native keeps its length in the world.
+
+        Args:
+            from_frame: that they are in.
+            to_frame: that they are to be in; float64 until the end, so levels may be x8^12 apart.
+        """
+        to_from = to_frame.axes @ from_frame.axes.T
+        ratio = np.float32(from_frame.unit / to_frame.unit)
+        means = (from_frame.to_world(self.means) - to_frame.origin) @ to_frame.axes.T / to_frame.unit
+        lengths = {"scales": self.scales * ratio, "native_scales": self.native_scales * ratio}
+        return self.with_(means=means.astype(np.float32), quats=turned(to_from, self.quats), **lengths)
+
     def pieces(self, size: int) -> "Iterator[tuple[int, Surfels]]":
         """Yields (start, surfels) in pieces of at most ``size``; one empty piece when empty."""
         for start in range(0, max(len(self), 1), size):
             yield start, self.take(slice(start, start + size))
+
+
+def turned(rotation: DoubleArray, quats: FloatArray) -> FloatArray:
+    """Turns quaternions (n, 4) wxyz by a rotation matrix (3, 3)."""
+    w, x, y, z = _quat_of(rotation)
+    product = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+    return (quats @ product.T).astype(np.float32)
+
+
+def _quat_of(rotation: DoubleArray) -> DoubleArray:
+    """The unit quaternion (4,) wxyz of a rotation: the dominant eigenvector, defined for any angle."""
+    r = rotation
+    symmetric = np.array(
+        [
+            [r[0, 0] + r[1, 1] + r[2, 2], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
+            [0.0, r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
+            [0.0, 0.0, r[1, 1] - r[0, 0] - r[2, 2], r[1, 2] + r[2, 1]],
+            [0.0, 0.0, 0.0, r[2, 2] - r[0, 0] - r[1, 1]],
+        ]
+    )
+    return np.linalg.eigh(symmetric, UPLO="U")[1][:, -1]

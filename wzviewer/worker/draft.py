@@ -12,6 +12,7 @@ from wzviewer.core.constants import WEIGHT_MIN
 from wzviewer.core.opacity import Cover, Modulation, stored_coverage, weights
 from wzviewer.core.reference import Blend
 from wzviewer.core.scene import Level
+from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.rasterize import LevelPart
 
@@ -34,6 +35,7 @@ class Draft:
         context: S, the description that guided stage 1, in the super-resolver's own type.
         extra: intermediate results that a later stage needs, by name.
         notes: JSON-able facts kept with the level.
+        hidden: surfels of coarser levels behind what is seen, in this frame; see `worker.inherited`.
     """
 
     camera: Camera
@@ -46,6 +48,7 @@ class Draft:
     context: Any = None
     extra: dict[str, Any] = field(default_factory=dict)
     notes: dict[str, Any] = field(default_factory=dict)
+    hidden: Surfels = field(default_factory=Surfels.empty)
 
 
 def path_modulation(path: Sequence[Level], position: int) -> Modulation:

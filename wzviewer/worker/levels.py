@@ -55,7 +55,7 @@ def as_level(
 
 def layer_surfels(draft: Draft) -> list[Surfels]:
     """Lifts the background layers of stage 4; a layer of stride k has surfels k times as large."""
-    return [_layer_surfels(layer, draft) for layer in draft.layers]
+    return [*(_layer_surfels(layer, draft) for layer in draft.layers), draft.hidden]
 
 
 def _layer_surfels(layer: Layer, draft: Draft) -> Surfels:

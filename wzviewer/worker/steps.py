@@ -8,6 +8,7 @@ import numpy as np
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.draft import Draft
+from wzviewer.worker.inherited import hidden_surfels
 from wzviewer.worker.levels import finite_relief, layer_surfels, sky_of
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.stages.stage2_depth_registration import register
@@ -57,7 +58,10 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
         draft.image, relief, sky_of(draft), draft.camera, depth, outside, models.views, seed=seed, check=check
     )
     extra = {**draft.extra, "neighbours": views.cameras}
-    return replace(draft, relief=views.relief, layers=views.layers, extra=extra)
+    draft = replace(draft, relief=views.relief, layers=views.layers, extra=extra)
+    if not draft.path:
+        return draft
+    return replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
 
 
 def optimize_level(draft: Draft, check: Check) -> Surfels:

@@ -8,6 +8,7 @@ import pytest
 
 from wzviewer.core.camera import Camera
 from wzviewer.errors import Cancelled
+from wzviewer.worker.models.builtin.views.backdrop import STRIDE_PX
 from wzviewer.worker.models.builtin.views.synthesizer import Completion, ViewSynthesizer
 from wzviewer.worker.stages.stage4_auxiliary_views import neighbour_cameras, warp_view
 
@@ -144,7 +145,8 @@ def test_source_view_does_not_change(padded):
     alone, full = splat(padded, False), splat(padded, True)
     inner = np.s_[3:-3, 3:-3]
     error = np.mean((alone[inner] - full[inner]) ** 2)
-    assert -10 * np.log10(error) > 60  # measured 63 dB
+    # Measured 55.9 dB: in the gaps between splats there is the backdrop instead of black; 63 without it.
+    assert -10 * np.log10(error) > 55
 
 
 def test_orbit_of_eight_degrees_is_covered(padded):
@@ -173,13 +175,13 @@ def test_sky_stays_sky():
 
 def test_the_pad_surrounds_the_frame(padded):
     covered = np.zeros((HEIGHT + 2 * 32, WIDTH + 2 * 52), bool)
-    for layer in padded.layers:
+    assert {layer.stride for layer in padded.layers} == {1, 2, STRIDE_PX}
+    for layer in padded.layers[:-1]:  # the last is the backdrop, which reaches farther
         whole = np.repeat(np.repeat(layer.mask, layer.stride, 0), layer.stride, 1)
         x, y = layer.offset_px[0] + 52, layer.offset_px[1] + 32
         covered[y : y + whole.shape[0], x : x + whole.shape[1]] |= whole
     covered[32:-32, 52:-52] = True
     assert covered.all()
-    assert {layer.stride for layer in padded.layers} == {1, 2}
 
 
 def test_a_smooth_picture_needs_no_layers():
@@ -211,7 +213,7 @@ def test_a_cancel_gets_through():
     assert len(calls) == 1
 
 
-@pytest.mark.parametrize("jump_px", [60.0, 1e6, 1e15])
+@pytest.mark.parametrize("jump_px", [60.0, 400.0])
 def test_deep_levels_stay_finite_and_behind(jump_px):
     near = camera()
     deep = Camera(np.eye(4), 7e13, 7e13, 3e13, -2e13, near.width, near.height)
@@ -223,3 +225,14 @@ def test_deep_levels_stay_finite_and_behind(jump_px):
         assert np.isfinite(depth).all()
         assert (depth[mask] >= completion.relief[mask] + 0.4).all()
         assert depth[mask & box()].min() > 0.9 * jump_px
+
+
+@pytest.mark.parametrize("jump_px", [1e6, 1e15])
+def test_what_is_out_of_sight_within_a_hundredth_of_a_degree_gets_no_layer(jump_px):
+    """Such a background is inherited from the levels that see it; here it must only do no harm."""
+    near = camera()
+    deep = Camera(np.eye(4), 7e13, 7e13, 3e13, -2e13, near.width, near.height)
+    relief = np.where(box(), 0.0, jump_px).astype(np.float32)
+    completion = ViewSynthesizer().complete(two_planes()[0], relief, None, deep, False)
+    assert completion.layers == ()
+    assert np.isfinite(completion.relief).all()

@@ -15,6 +15,8 @@
           │
       leftovers     what eight neighbouring cameras still miss
           │
+      backdrop      level 0 only: smooth and coarse, behind and beside everything
+          │
        synthesizer.Completion      front relief, layers: one definition of the hidden world
           │
        mesh         exact renders of it from neighbouring cameras, the I_k of line 28

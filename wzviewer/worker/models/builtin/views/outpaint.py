@@ -22,6 +22,7 @@ PAD_WIDTH, PAD_HEIGHT = 0.24, 0.22  # of the frame, each side: 12 degrees for th
 OUTSIDE_RULE = FillRule(radius_px=8, row_cost=0.5, rim_cost=0.05)
 ORIGIN_INSET = (0.07, 0.065)  # of height, width: where the search for a pad pixel is centred
 BLUR_STACK = ((0.0, 0.0), (12.0, 6.0), (45.0, 16.0), (120.0, 40.0))  # (distance px, sigma px)
+SOFT_PX = 90.0  # from the outer border inwards
 SKY_STRIP_PX = 41
 LABEL_WINDOW_PX = 15
 GROUND_ROWS = 60
@@ -69,6 +70,7 @@ def outpaint(
     far = float(np.median(frame.shift[frame.sky])) if frame.sky.any() else 0.0
     guess = np.where(label, np.float32(far), ground)
     image, copied_from = _painted(frame, around, inside, guess, axis, seed, check)
+    image = _softened(image, inside)
     sky = _copied_sky(np.pad(frame.sky, around), copied_from, inside, label)
     shift = np.where(sky, np.float32(far), ground)
     shift = np.where(inside, np.pad(frame.shift, around), shift).astype(np.float32)
@@ -147,6 +149,14 @@ def _painted(
         picture, inside, ~inside, picture, inside, log_depth, axis.log_of(guess), np.ascontiguousarray(origin)
     )
     return fill(task, OUTSIDE_RULE, seed, check)
+
+
+def _softened(image: FloatArray, inside: BoolArray) -> FloatArray:
+    """Lets detail (H, W, 3) fade towards the outer border, where the smooth backdrop begins."""
+    y, x = (np.minimum(np.arange(n), n - 1 - np.arange(n)).astype(np.float32) for n in inside.shape)
+    share = np.clip(np.minimum(y[:, None], x[None]) / np.float32(SOFT_PX), 0, 1)
+    share = np.where(inside, np.float32(1), share * share * (3 - 2 * share))[..., None]
+    return np.asarray(share * image + (1 - share) * blur(image, SOFT_PX / 3), np.float32)
 
 
 def _copied_sky(sky: BoolArray, copied_from: IntArray, inside: BoolArray, label: BoolArray) -> BoolArray:

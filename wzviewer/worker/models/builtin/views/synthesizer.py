@@ -9,6 +9,7 @@ import numpy as np
 from wzviewer.core.camera import Camera
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
+from wzviewer.worker.models.builtin.views.backdrop import backdrop
 from wzviewer.worker.models.builtin.views.edges import clean_edges, has_steps
 from wzviewer.worker.models.builtin.views.layers import (
     BEHIND,
@@ -97,9 +98,11 @@ class ViewSynthesizer:
         frame = Surface(np.ascontiguousarray(image, np.float32), clean, relief, sky)
         canvas = outpaint(frame, axis, gain, seed, check) if outside else unpadded(frame)
         surfaces, masks = _background(canvas, axis, gain, seed, check)
-        if axis.wide:  # deep down, a background 1e6 px behind is in sight for 0.001 degrees only
-            surfaces, masks = _thinned(canvas, surfaces, masks, camera, angle_deg, seed, check)
-        return Completion(image, relief, _layers(canvas, surfaces, masks, axis))
+        masks = visible_pixels([s.relief for s in surfaces], masks, _offset(canvas), camera, angle_deg)
+        if outside:  # around and behind a deeper level there is its parent
+            surfaces, masks = _with_leftovers(canvas, surfaces, masks, camera, angle_deg, seed, check)
+        layers = _layers(canvas, surfaces, masks, axis)
+        return Completion(image, relief, (*layers, backdrop(canvas, axis)) if outside else layers)
 
 
 def _sky_of(sky: BoolArray, clean: FloatArray, shift: FloatArray) -> BoolArray:
@@ -131,7 +134,7 @@ def _background(
     return surfaces, masks
 
 
-def _thinned(
+def _with_leftovers(
     canvas: Canvas,
     surfaces: list[Surface],
     masks: list[BoolArray],
@@ -140,9 +143,8 @@ def _thinned(
     seed: int,
     check: Callable[[], None] | None,
 ) -> tuple[list[Surface], list[BoolArray]]:
-    """Keeps what neighbours can see, and adds a layer for what they still miss."""
+    """Adds a layer for what neighbours still miss."""
     axis, front = DepthAxis.of(camera), canvas.surface
-    masks = visible_pixels([s.relief for s in surfaces], masks, _offset(canvas), camera, angle_deg)
     original = Original(front.image, axis.log_of(front.shift), canvas.inside)
     last, mask = leftover_layer(
         surfaces, masks, original, _offset(canvas), camera, axis, angle_deg, seed + 90, check
