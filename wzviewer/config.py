@@ -9,7 +9,9 @@ from wzviewer.core.constants import ZOOM_FACTOR
 from wzviewer.errors import InputError
 
 MAX_SCRIPT_BYTES = 1 << 20
-FACTOR_RANGE = (1.5, 64.0)  # below, a level adds nothing; above, it would have to be invented whole
+FACTOR_RANGE = (1.0, 64.0)  # above, a level would have to be invented whole
+EXTENSION_FACTOR = 1.5  # a smaller one adds no detail: it continues the picture beyond its border
+EXTENSION_REACH = 0.75  # of the image, beyond it: where the centre of an extension may be
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,8 @@ class Zoom:
     Attributes:
         x: centre as a fraction of the parent's image width, [0, 1], to the right.
         y: centre as a fraction of the parent's image height, [0, 1], downwards.
-        factor: magnification; the paper's is 8.
+        factor: magnification; the paper's is 8.  Below 1.5 the picture is extended, and the centre may
+            lie outside of it.
         prompt: U, perhaps empty.
         parent: level to zoom into; None is the one made last.
     """
@@ -31,8 +34,9 @@ class Zoom:
     parent: int | None = None
 
     def __post_init__(self) -> None:
-        if not (0.0 <= self.x <= 1.0 and 0.0 <= self.y <= 1.0):
-            why = "the centre must be fractions between 0 and 1"
+        reach = EXTENSION_REACH if self.factor < EXTENSION_FACTOR else 0.0
+        if not all(-reach <= at <= 1.0 + reach for at in (self.x, self.y)):
+            why = "the centre must be fractions between 0 and 1 (an extension, factor 1: -0.75 to 1.75)"
             raise InputError(f"--zoom {self.x:g},{self.y:g}", why, "For example --zoom .5,.6")
         low, high = FACTOR_RANGE
         if not low <= self.factor <= high:

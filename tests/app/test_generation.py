@@ -168,3 +168,16 @@ def test_a_fault_in_a_handler_becomes_a_notice(services, state):
     state = apply(services, zoomed(state, 8.0), [cmd.Generate()])
     assert "division" in state.toasts[-1].text
     assert state.job is None
+
+
+def test_a_view_beyond_the_border_asks_for_an_extension(services, state):
+    home = state.view.home
+    plan = plan_level(state.scene, goal_at(state, home.zoomed_to_region(1.0, 0.5, 1.0)))
+    assert plan.is_extension
+    assert plan.parent == 0
+    inside = plan_level(state.scene, goal_at(state, home.zoomed_to_region(0.5, 0.5, 1.2)))
+    assert not inside.is_extension
+    near = plan_level(state.scene, goal_at(state, home.zoomed_to_region(1.0, 0.5, 8.0)))
+    assert near is None or not near.is_extension  # a zoom is a zoom, also at the border
+    moved = apply(services, zoomed(state, 1.0, 1.0, 0.5), [cmd.Generate()])
+    assert moved.job is not None  # asked for at once, without flying closer

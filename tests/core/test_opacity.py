@@ -6,7 +6,13 @@ import pytest
 from tests.gl.surfaces import orbited
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
-from wzviewer.core.opacity import edge_coverage, opacity_weight, stored_coverage, weights
+from wzviewer.core.opacity import (
+    EXTENSION_OCTAVES,
+    edge_coverage,
+    opacity_weight,
+    stored_coverage,
+    weights,
+)
 from wzviewer.core.scene import Level, Scene, modulation
 from wzviewer.core.surfels import Surfels
 
@@ -141,3 +147,18 @@ def test_coverage_fades_inside_the_border_and_is_nothing_outside():
     px = np.float32([[50, 50], [0, 50], [-1, 50], [5, 50], [50, 95], [np.nan, 50], [101, 50]])
     m = edge_coverage(px, 100, 100, 10.0)
     np.testing.assert_allclose(m, [1, 0, 0, 0.5, 0.5, 0, 0], atol=1e-6)
+
+
+def test_an_extension_is_there_at_its_parents_own_scale():
+    scene, root = Scene(), Camera.initial(64, 48)
+    scene.append(bare_level(scene, None, root))
+    aside = root.zoomed_to_region(1.0, 0.5, 1.0)
+    scene.append(bare_level(scene, 0, aside))
+    law, frame = modulation(scene, 1), scene[1].frame
+    points = np.zeros((1, 3), np.float32)
+    native = np.exp2(AnchoredView.expand(aside, frame).log_scale(points))
+    found = []
+    for magnify in (2.0**-EXTENSION_OCTAVES, 2.0 ** (-0.5 * EXTENSION_OCTAVES), 1.0):
+        view = AnchoredView.expand(aside.zoomed(aside.width / 2, aside.height / 2, magnify), frame)
+        found.append(float(weights(points, native, np.ones(1, np.float32), view, law)[0]))
+    np.testing.assert_allclose(found, [0.0, 0.5, 1.0], atol=1e-5)  # measured 2e-6

@@ -8,7 +8,7 @@ import pytest
 from wzviewer.core.assembly import finished
 from wzviewer.core.opacity import feather_px
 from wzviewer.core.photos import fit_photo
-from wzviewer.errors import Cancelled, PromptError
+from wzviewer.errors import Cancelled, PromptError, WorkerError
 from wzviewer.worker.draft import visible_parts
 from wzviewer.worker.levels import context_of
 from wzviewer.worker.models.registry import load_synthesizer
@@ -111,3 +111,23 @@ def test_every_stage_notices_a_cancel(models, stage):
     with pytest.raises(Cancelled):
         synthesize_level([root], 1, camera, "a ladybug", 1, models, report)
     assert report.stages[-1] == stage
+
+
+def test_a_view_beyond_the_border_extends_the_picture(models):
+    root = reconstruct_scene(picture("portrait"), 0, models, Quiet())
+    aside = root.camera.zoomed_to_region(1.0, 0.5, 1.0)
+    level = synthesize_level([root], 1, aside, "", 1, models, Quiet())
+    assert 0.3 < level.notes["extended_share"] < 0.7
+    seen = render(visible_parts([root, level], aside), aside).color
+    edge = math.ceil(feather_px(aside))
+    own = (slice(edge, aside.height - edge), slice(edge, aside.width - edge))
+    assert (
+        np.abs(seen[own] - level.image[own] / 255.0).mean() < 0.02
+    )  # at its own scale it is there; measured 0.004
+    assert_sound([root, level])
+
+
+def test_a_view_of_nothing_cannot_be_extended(models):
+    root = reconstruct_scene(picture("portrait"), 0, models, Quiet())
+    with pytest.raises(WorkerError, match="next to nothing"):
+        synthesize_level([root], 1, root.camera.zoomed_to_region(1.7, 0.5, 1.0), "", 1, models, Quiet())

@@ -7,6 +7,8 @@ closer it asks for the levels between, one after the other.
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from wzviewer.app import commands as cmd
 from wzviewer.app.history import noted
 from wzviewer.app.picking import world_point
@@ -22,6 +24,8 @@ from wzviewer.worker import client as ev
 
 STEP_MIN = 2.0  # finer than its parent, or a level shows nothing new
 STEP_MAX = 12.0  # beyond it a level between gives the better picture
+EXTEND_SHARE = 0.12  # of the view beyond the picture's border, from which on the border is what is meant
+EXTEND_STEPS = (0.6, 1.5)  # an extension is about as fine as its parent
 SAME_SCALE = 0.7  # a level this close to the view's scale still counts as its parent
 
 
@@ -33,11 +37,13 @@ class Plan:
         parent: index of the level that it refines.
         camera: C_{i+1}, in the size of a level's image.
         step: how much finer than the parent the goal is.
+        is_extension: whether the picture is to be continued where the view goes beyond its border.
     """
 
     parent: int
     camera: Camera
     step: float
+    is_extension: bool = False
 
 
 def plan_level(scene: Scene, goal: Goal) -> Plan | None:
@@ -48,6 +54,9 @@ def plan_level(scene: Scene, goal: Goal) -> Plan | None:
     frame = level_camera(scene, goal.camera)
     steps = {i: _step(scene[i], frame, goal.focus) for i in scene.visible() if _shows(scene[i], goal.focus)}
     coarser = {i: step for i, step in steps.items() if step > SAME_SCALE}
+    extension = _plan_extension(scene, frame, goal.focus)
+    if extension is not None and (not coarser or min(coarser.values()) < STEP_MIN):
+        return extension
     if not coarser:
         return None
     parent = min(coarser, key=lambda i: (coarser[i], -i))
@@ -55,6 +64,24 @@ def plan_level(scene: Scene, goal: Goal) -> Plan | None:
     if step > STEP_MAX:
         frame = frame.zoomed(frame.width / 2, frame.height / 2, ZOOM_FACTOR / step)
     return Plan(parent, frame, step)
+
+
+def _plan_extension(scene: Scene, frame: Camera, focus: DoubleArray) -> Plan | None:
+    """How to continue the picture in a view that goes beyond its border; None where it does not.
+
+    The parent is the level in view whose scale is nearest to the view's.
+    """
+    depth = max(float(frame.to_camera(focus)[2]), 1e-12)
+    places = [(x, y) for y in np.linspace(0.02, 0.98, 9) for x in np.linspace(0.02, 0.98, 13)]
+    points = [frame.unproject(x * frame.width, y * frame.height, depth) for x, y in places]
+    shown = {i: sum(_shows(scene[i], point) for point in points) for i in scene.visible()}
+    if max(shown.values(), default=0) in (0, len(points)) or 1 - shown[0] / len(points) < EXTEND_SHARE:
+        return None
+    steps = {i: _step(scene[i], frame, focus) for i, count in shown.items() if count}
+    parent = min(steps, key=lambda i: (abs(np.log2(steps[i])), -i))
+    if not EXTEND_STEPS[0] < steps[parent] < EXTEND_STEPS[1]:
+        return None
+    return Plan(parent, frame, steps[parent], is_extension=True)
 
 
 def level_camera(scene: Scene, camera: Camera) -> Camera:
@@ -96,7 +123,7 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
     if plan is None:
         return state.with_toast("There is no picture at the centre of the view. Pan onto it first.", "error")
     state = replace(state, refusal="")
-    if plan.step < STEP_MIN:
+    if plan.step < STEP_MIN and not plan.is_extension:
         return _closer(state, goal, plan)
     return request(services, state, goal)
 

@@ -42,7 +42,8 @@ from wzviewer.core.constants import (
 )
 from wzviewer.core.types import DoubleArray, FloatArray
 
-LOG_SPAN_MIN = 0.05  # of a parent-child ramp, log2: an extension at the same scale still fades
+LOG_SPAN_MIN = 0.05  # of a parent-child ramp, log2
+EXTENSION_OCTAVES = 0.1  # of the ramp of a level that is as coarse as its parent
 LARGE_CELL = 1e4  # log2 of one that is wider than any pixel
 VARIANCE_PX2 = SURFEL_SIGMA_PX**2  # of a surfel at its native scale, before the low-pass
 
@@ -109,6 +110,26 @@ def feather_px(camera: Camera) -> float:
     """
     shorter = min(camera.width, camera.height)
     return max(COVERAGE_FEATHER * shorter, min(FEATHER_MIN_PX, 0.5 * shorter - PARENT_REACH_PX))
+
+
+def ramp_start(parent: Camera, camera: Camera, frame: LevelFrame) -> Camera:
+    """The camera whose pixel scale is the beginning of a level's ramp: its parent's, or a coarser one.
+
+    An extension continues the picture at its parent's own scale, and has to be there at that scale: its
+    ramp is a short one before it.
+
+    Args:
+        parent: camera of the parent.
+        camera: camera of the level.
+        frame: of the level.
+    """
+    octaves = np.log2(parent.pixel_scale(float(parent.to_camera(frame.origin)[2]))) - np.log2(
+        camera.pixel_scale(float(camera.to_camera(frame.origin)[2]))
+    )
+    if not octaves < EXTENSION_OCTAVES:  # nan: the anchor is behind a camera
+        return parent
+    factor = 2.0 ** (octaves - EXTENSION_OCTAVES)
+    return parent.zoomed(parent.width / 2, parent.height / 2, factor)
 
 
 @dataclass(frozen=True, eq=False)

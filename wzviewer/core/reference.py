@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import ALPHA_CUT, ALPHA_MAX, LOW_PASS_PX2, SURFEL_SIGMA_PX
-from wzviewer.core.opacity import LOG_SPAN_MIN, feather_px
+from wzviewer.core.opacity import LOG_SPAN_MIN, feather_px, ramp_start
 from wzviewer.core.scene import Scene
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import DoubleArray, FloatArray, IntArray
@@ -227,7 +227,8 @@ def level_weights(
     render = log_pixel_scale(means, level.frame, camera)
     w = surfels.coverage.astype(np.float64)
     if level.parent is not None:
-        top = log_pixel_scale(means, level.frame, scene[level.parent].camera)
+        start = ramp_start(scene[level.parent].camera, level.camera, level.frame)
+        top = log_pixel_scale(means, level.frame, start)
         native = np.log2(surfels.native_scales.astype(np.float64) * level.frame.unit)
         w = w * _ramp(top, render, native)
         w = (
@@ -238,7 +239,8 @@ def level_weights(
     for index_of_cover in covers_of(scene, index):
         cover = scene[index_of_cover]
         assert cover.parent is not None  # the root covers nothing
-        top = log_pixel_scale(means, level.frame, scene[cover.parent].camera)
+        start = ramp_start(scene[cover.parent].camera, cover.camera, cover.frame)
+        top = log_pixel_scale(means, level.frame, start)
         low = log_pixel_scale(means, level.frame, cover.camera)
         w = w * (1.0 - covered(means, level.frame, cover.camera) * _ramp(top, render, low))
     return np.nan_to_num(w, nan=0.0)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import MAX_LEVELS
-from wzviewer.core.opacity import Cover, Modulation, stored_coverage
+from wzviewer.core.opacity import Cover, Modulation, ramp_start, stored_coverage
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import ByteArray, DoubleArray, FloatArray
 
@@ -212,7 +212,8 @@ def modulation(scene: Scene, index: int) -> Modulation:
     if level.parent is None:
         parent_rows = None
     else:
-        parent_rows = _expand_scale(scene[level.parent].camera, level.frame)
+        start = ramp_start(scene[level.parent].camera, level.camera, level.frame)
+        parent_rows = AnchoredView.expand(start, level.frame).rows[2]
     covers = [_cover(scene, child, level.frame) for child in scene.children(index)]
     for ancestor in scene.path(index)[1:]:
         parent = scene[ancestor].parent
@@ -222,14 +223,11 @@ def modulation(scene: Scene, index: int) -> Modulation:
     return Modulation(parent_rows, tuple(covers))
 
 
-def _expand_scale(camera: Camera, frame: LevelFrame) -> DoubleArray:
-    return AnchoredView.expand(camera, frame).rows[2]
-
-
 def _cover(scene: Scene, index: int, frame: LevelFrame) -> Cover:
-    parent = scene[index].parent
+    level, parent = scene[index], scene[index].parent
     assert parent is not None  # only children cover
-    return Cover.expand(scene[index].camera, scene[parent].camera, frame)
+    start = ramp_start(scene[parent].camera, level.camera, level.frame)
+    return Cover.expand(level.camera, start, frame)
 
 
 def coverage_for(

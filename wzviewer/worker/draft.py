@@ -9,7 +9,7 @@ import numpy as np
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import WEIGHT_MIN
-from wzviewer.core.opacity import Cover, Modulation, stored_coverage, weights
+from wzviewer.core.opacity import Cover, Modulation, ramp_start, stored_coverage, weights
 from wzviewer.core.reference import Blend
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
@@ -56,10 +56,13 @@ def path_modulation(path: Sequence[Level], position: int) -> Modulation:
     level = path[position]
     parent_rows = None
     if position > 0:
-        parent_rows = AnchoredView.expand(path[position - 1].camera, level.frame).rows[2]
+        start = ramp_start(path[position - 1].camera, level.camera, level.frame)
+        parent_rows = AnchoredView.expand(start, level.frame).rows[2]
     covers: tuple[Cover, ...] = ()
     if position + 1 < len(path):
-        covers = (Cover.expand(path[position + 1].camera, level.camera, level.frame),)
+        child = path[position + 1]
+        start = ramp_start(level.camera, child.camera, child.frame)
+        covers = (Cover.expand(child.camera, start, level.frame),)
     return Modulation(parent_rows, covers)
 
 

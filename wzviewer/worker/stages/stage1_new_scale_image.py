@@ -1,8 +1,8 @@
 """Stage 1 (Algorithm 1, lines 11-19): the new scale image.
 
 ``O = render(E_i, C_{i+1})`` is rendered at the parent's own resolution: more pixels would hold no
-more than the parent has.  ``S`` is the description that the parent's stage 1 kept.  Super-resolution
-makes ``I'``; a prompt edits it into ``I``.
+more than the parent has.  Where the world ends, O is continued.  ``S`` is the description that the
+parent's stage 1 kept.  Super-resolution makes ``I'``; a prompt edits it into ``I``.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,18 +12,29 @@ from typing import Any
 import cv2
 import numpy as np
 
+from wzviewer.config import EXTENSION_FACTOR
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Level
 from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.errors import WorkerError
 from wzviewer.worker.draft import Draft, visible_parts
 from wzviewer.worker.levels import context_of
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Support
-from wzviewer.worker.rasterize import render
+from wzviewer.worker.models.builtin.views.axis import DepthAxis
+from wzviewer.worker.models.builtin.views.extend import extended
+from wzviewer.worker.models.builtin.views.layers import Surface
+from wzviewer.worker.rasterize import LevelPart, render
 
 MIN_SIDE_PX = 8  # of an observation
+EXTEND_SHARE_MIN, EXTEND_SHARE_MAX = 0.02, 0.97  # of an observation that is continued; less is a gap
+# A surfel with a larger standard deviation, in native pixels of its level, shows nothing: in a zoom that is
+# the backdrop; an extension makes what was painted around the frame anew, from more of the picture.
+BACKDROP_SIGMA_PX, PAD_SIGMA_PX = 10.0, 1.2
+SPECK_PX, ISLAND_SHARE = 7, 0.3  # of the largest piece of what is known
+EMPTY_SHARE = 0.05  # of a pixel that shows nothing, from which on it is not known
 SKY_RELIEF_SHARE = 0.5  # a point this close to the depth of the sky counts as sky
 
 Check = Callable[[], None]
@@ -40,6 +51,7 @@ class Observation:
         image: O, (h', w', 3) float32 in [0, 1]; holes filled.
         relief: target depth in the *new* native pixels, (h', w') float32; nan where undefined.
         sky: (h', w') bool.
+        extended_share: share of O that no level showed and that was continued.
     """
 
     path: Sequence[Level]
@@ -48,23 +60,80 @@ class Observation:
     image: FloatArray
     relief: FloatArray
     sky: BoolArray
+    extended_share: float = 0.0
+
+    @property
+    def is_extension(self) -> bool:
+        """Whether the view is no closer than the parent's, so that there is no detail to add."""
+        return self.camera.width < EXTENSION_FACTOR * self.image.shape[1]
 
 
-def observe(path: Sequence[Level], camera: Camera) -> Observation:
-    """Renders O_{i+1} and the target depth (lines 12 and 20)."""
+def observe(path: Sequence[Level], camera: Camera, seed: int = 0, check: Check = lambda: None) -> Observation:
+    """Renders O_{i+1} and the target depth (lines 12 and 20).
+
+    Args:
+        path: the levels from the root to E_i.
+        camera: C_{i+1}.
+        seed: of the continuation, where there is one.
+        check: called now and then; raises to cancel.
+
+    Raises:
+        WorkerError: when next to nothing of the world is in view.
+    """
     parent = path[-1]
     ratio = parent.camera.focal_px / camera.focal_px
     size = [max(MIN_SIDE_PX, round(s * ratio)) for s in (camera.width, camera.height)]
     small = camera.resampled(size[0], size[1])
     anchor_depth = float(camera.to_camera(parent.frame.origin)[2])
     anchor = (anchor_depth, parent.frame.unit)
-    seen = render(visible_parts(path, small), small, depth_anchor=anchor)
+    parts = visible_parts(path, small)
+    seen = render(parts, small, depth_anchor=anchor)
     relief = seen.relief.astype(np.float64)
     middle = _central_median(relief)
     frame = LevelFrame.of_camera(camera, anchor_depth + middle * parent.frame.unit)
     own = ((relief - middle) * (parent.frame.unit / frame.unit)).astype(np.float32)
     image = _filled(seen.color, seen.coverage)
-    return Observation(path, camera, frame, image, own, _sky(path, relief, anchor))
+    observation = Observation(path, camera, frame, image, own, _sky(path, relief, anchor))
+    sigma_px = PAD_SIGMA_PX if observation.is_extension else BACKDROP_SIGMA_PX
+    return _continued(observation, _known(parts, small, seen.coverage, sigma_px), seed, check)
+
+
+def _known(parts: Sequence[LevelPart], camera: Camera, coverage: FloatArray, sigma_px: float) -> BoolArray:
+    """Where a camera sees what a level really shows, (h, w): surfels that are not too large for it."""
+    flags = [p.surfels.scales.min(axis=1) > sigma_px * p.surfels.native_scales for p in parts]
+    if not any(flag.any() for flag in flags):
+        return np.asarray(coverage > 0.5)
+    marked = [
+        replace(part, surfels=part.surfels.with_(colors=np.repeat(flag[:, None], 3, 1).astype(np.float32)))
+        for part, flag in zip(parts, flags, strict=True)
+    ]
+    empty = render(marked, camera, depth=False).color[..., 0]
+    return np.asarray((coverage > 0.5) & (empty < EMPTY_SHARE * coverage))
+
+
+def _in_one_piece(known: BoolArray) -> BoolArray:
+    """Closes specks and drops islands (h, w): scraps of what was painted around a frame are no source."""
+    closed = cv2.morphologyEx(
+        known.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((SPECK_PX, SPECK_PX), np.uint8)
+    )
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=4)
+    areas = stats[:, cv2.CC_STAT_AREA].copy()
+    areas[0] = 0
+    return np.asarray((areas >= ISLAND_SHARE * areas.max())[labels] & (closed > 0))
+
+
+def _continued(seen: Observation, known: BoolArray, seed: int, check: Check) -> Observation:
+    """Continues an observation over what no level shows: sky, ground and texture go on."""
+    known = _in_one_piece(known & np.isfinite(seen.relief))
+    share = 1.0 - float(known.mean())
+    if share < EXTEND_SHARE_MIN:
+        return seen
+    if share > EXTEND_SHARE_MAX:
+        raise WorkerError("new level", "next to nothing of the picture is in view to continue from")
+    axis = DepthAxis.of(seen.camera)
+    relief = np.where(known, seen.relief, np.float32(0))
+    surface = extended(Surface(seen.image, axis.shift_of(relief), relief, seen.sky), known, axis, seed, check)
+    return replace(seen, image=surface.image, relief=surface.relief, sky=surface.sky, extended_share=share)
 
 
 def _central_median(relief: FloatArray | Any) -> float:  # noqa: ANN401
@@ -108,6 +177,8 @@ def _sky(path: Sequence[Level], relief: Any, anchor: tuple[float, float]) -> Boo
 def preview_image(seen: Observation, models: Synthesizer, seed: int) -> Draft:
     """A first, quick I': seen within a second, replaced later."""
     width, height = seen.camera.width, seen.camera.height
+    if seen.is_extension:
+        return _draft(seen, _resized(seen.image, width, height))
     context, region = _context(seen)
     shared = (context, region, seed, len(seen.path))
     image = models.detail.preview(seen.image, width, height, *shared)
@@ -115,8 +186,13 @@ def preview_image(seen: Observation, models: Synthesizer, seed: int) -> Draft:
 
 
 def upscale_image(seen: Observation, models: Synthesizer, seed: int, check: Check) -> Draft:
-    """I' = SR(O, S) (lines 13 and 14)."""
+    """I' = SR(O, S) (lines 13 and 14); an extension is no closer, so that O is what it shows."""
     width, height = seen.camera.width, seen.camera.height
+    if seen.is_extension:
+        image = _resized(seen.image, width, height)
+        notes = {"extended_share": seen.extended_share}
+        own = models.detail.describe(image, None, None)
+        return replace(_draft(seen, image), context=own, notes=notes)
     context, region = _context(seen)
     shared = (context, region, len(seen.path), seed)
     detail = models.detail.upscale(seen.image, width, height, *shared, check=check)
@@ -126,13 +202,19 @@ def upscale_image(seen: Observation, models: Synthesizer, seed: int, check: Chec
     return replace(_draft(seen, detail.image), context=own, extra=extra, notes=notes)
 
 
+def _resized(image: FloatArray, width: int, height: int) -> FloatArray:
+    if image.shape[:2] == (height, width):
+        return image
+    return np.clip(cv2.resize(image, (width, height), interpolation=cv2.INTER_CUBIC), 0.0, 1.0)
+
+
 def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: Check) -> Draft:
     """I = Edit(I', U) (lines 15-19); objects of coarser levels are drawn again, finer."""
     camera = draft.camera
     ray = ((camera.width / 2 - camera.cx) / camera.fx, (camera.height / 2 - camera.cy) / camera.fy)
     support = Support(draft.relief, camera.focal_px, *ray)
     for level in draft.path:
-        draft = _continued(draft, level, models, support, seed, check)
+        draft = _redrawn(draft, level, models, support, seed, check)
     if not edit.objects:
         return draft
     result = models.editor.apply(edit, draft.image, support, seed, check=check)
@@ -141,7 +223,7 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     return replace(draft, notes={**draft.notes, "placements": placements})
 
 
-def _continued(
+def _redrawn(
     draft: Draft, level: Level, models: Synthesizer, support: Support, seed: int, check: Check
 ) -> Draft:
     records = level.notes.get("placements")
