@@ -20,6 +20,8 @@ from wzviewer.worker.models.builtin.detail.measures import (
 )
 
 LAW_GAIN = 1.3 * 1.43  # 1.0 matches the statistics of photographs, 1.3 looks better
+NOISE_RMS = 0.6
+"""What a clean photograph's noise and compression leave in its finest octave, in grey levels."""
 CEILING = 15.0
 """No detail is stronger than this RMS, in grey levels."""
 PROMPTED_FLOOR = 0.05
@@ -36,17 +38,48 @@ def lawful_sigma(plane: FloatArray) -> FloatArray:
     half = cv2.resize(plane, (max(width // 2, 1), max(height // 2, 1)), interpolation=cv2.INTER_AREA)
     fine = texture_evidence(plane)
     wide = stretched(local_rms(first_band(half), 3.0), width, height)
+    wide = np.maximum(wide, fine)  # finer louder than coarser is noise: no reason for more of it
     return LAW_GAIN * fine**1.5 * (wide + np.float32(0.3)) ** np.float32(-0.62)
 
 
 def texture_evidence(plane: FloatArray) -> FloatArray:
     """Returns ``(h, w)``: the RMS of the finest octave as far as it is texture, in grey levels.
 
-    The least RMS of the neighbourhood is the measure, or a strong edge would leak grain to both its sides.
+    Texture is everywhere; letters, windows and wires leave flat places between them.  So the measure is the
+    *median* of the octave's size, less the noise of a camera; and the least of the neighbourhood, or a strong
+    edge would leak grain to both its sides.
     """
-    fine = dense_rms(first_band(plane), 3.0)
-    calm = cv2.erode(fine, np.ones((11, 11), np.uint8))
-    return np.minimum(fine, np.float32(1.7) * blurred(calm, 3.0) + np.float32(0.2))
+    band = first_band(plane)
+    dense = np.minimum(dense_rms(band, 3.0), _median_rms(band) + np.float32(0.1))
+    calm = blurred(cv2.erode(dense, np.ones((7, 7), np.uint8)), 3.0)
+    found = np.minimum(dense, np.float32(1.7) * calm + np.float32(0.2)) * drawn_not_lettered(plane)
+    return np.sqrt(np.maximum(found * found - np.float32(NOISE_RMS**2), 0))
+
+
+def drawn_not_lettered(plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)``: 0 where the picture has two tones, 1 where it has tones of all kinds.
+
+    Letters, window rows, railings and flat graphics are two tones and the contours between them.  The measure
+    is the median distance from the nearer tone over the local deviation: 1 in Gaussian texture, 0 in black
+    on white; photographs of text and facades measure 0.5-0.6, fur 0.7, leaves, rock and carpet 0.75-0.9.
+    """
+    window = (9, 9)
+    mean = cv2.blur(plane, window)
+    light = (plane > mean).astype(np.float32)
+    upper = cv2.blur(plane * light, window) / np.maximum(cv2.blur(light, window), 1e-3)
+    lower = cv2.blur(plane * (1 - light), window) / np.maximum(cv2.blur(1 - light, window), 1e-3)
+    distance = np.abs(plane - np.where(light > 0, upper, lower))
+    steps = np.clip(distance * 8 + 0.5, 0, 255).astype(np.uint8)
+    middle = cv2.medianBlur(steps, 9).astype(np.float32) / (8 * 0.45)
+    deviation = np.sqrt(np.maximum(cv2.blur(plane * plane, window) - mean * mean, 0))
+    return ramp(blurred(middle / (deviation + np.float32(0.3)), 3.0), 0.58, 0.2)
+
+
+def _median_rms(band: FloatArray) -> FloatArray:
+    """The RMS that a Gaussian variable of the same median size has, over 9 px."""
+    steps = np.clip(np.abs(band) * 12 + 0.5, 0, 255).astype(np.uint8)
+    middle = cv2.medianBlur(steps, 9).astype(np.float32) / 12
+    return blurred(middle, 1.5) / np.float32(0.6745)
 
 
 def edge_damping(plane: FloatArray) -> FloatArray:

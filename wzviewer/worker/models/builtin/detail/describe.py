@@ -75,9 +75,16 @@ def classified(regions: tuple[Region, ...]) -> tuple[str, ...]:
     for index, region in enumerate(regions):
         if names[index] == "smooth" and any(math.dist(_lab(region), _lab(sky)) < 12 for sky in skies):
             names[index] = "sky"  # its lower end
+        if skies and names[index] in ("plaster", "rock") and _cloudy(region):
+            names[index] = "sky"  # clouds that do not reach the top
         if fur > 0.06 and names[index] in ("plaster", "rock") and 3 < region.fine + region.middle < 12:
             names[index] = "fur"  # an animal: its white and its black
     return tuple(names)
+
+
+def _cloudy(region: Region) -> bool:
+    chroma = math.hypot(region.green_red, region.blue_yellow)
+    return region.centre_y < 0.42 and region.lightness > 55 and chroma < 14 and region.fine < 4
 
 
 def _material_name(region: Region) -> str:
@@ -125,10 +132,12 @@ def _rough_material(region: Region, chroma: float, hue: float) -> str:
 def _grey_material(region: Region, rough: float) -> str:
     if region.lightness < 30 and region.green_red < -1.5:
         return "foliage" if rough > 4 else "plaster"
-    return "rock" if rough > 10 else "plaster"
+    return "rock" if rough > 10 and region.lightness < 66 else "plaster"  # bright and grey: a building
 
 
 def _brown_material(region: Region, chroma: float, rough: float, spread: float) -> str:
+    if chroma > 38 and rough > 10:
+        return "cell"  # a flower's disc, fruit: alive
     if rough > 17:
         return "sand" if region.coherence < 0.5 and region.centre_y > 0.45 else "rock"
     if region.coherence > 0.58:  # a grain, or the straight edges of something built

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -13,11 +13,9 @@ from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, sigm
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
     consistency_db,
-    precompensated,
     projected,
-    reconciled,
 )
-from wzviewer.worker.models.builtin.detail.crisp import BaseUpscaler, crisp_base
+from wzviewer.worker.models.builtin.detail.crisp import BaseUpscaler, NetworkBase
 from wzviewer.worker.models.builtin.detail.describe import Context, cropped_labels, described, inherited
 from wzviewer.worker.models.builtin.detail.library import TileLibrary
 from wzviewer.worker.models.builtin.detail.materials import material_of_words, per_label
@@ -34,7 +32,11 @@ from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painte
 
 Fractions = tuple[float, float, float, float]
 """``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
-COMPENSATION_PASSES = 2
+
+HUE_DRIFT = np.array([0.3, -0.08, -0.25], np.float32)
+"""Direction in RGB in which material varies beside its luminance, warm to cool, hardly any luma in it."""
+GRAIN_RMS = 0.5
+"""In grey levels, at level 1 only; photographs at 2K measure 0.5 to 1.7 in their skies."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,6 @@ class _Job:
     level: int
     prompted: bool
     seeds: tuple[int, ...]
-    passes: int
     stride: int
     check: Callable[[], None]
 
@@ -88,10 +89,10 @@ class DetailSynthesizer:
     """
 
     def __init__(
-        self, seed: int = 0, base: BaseUpscaler = crisp_base, library: TileLibrary | None = None
+        self, seed: int = 0, base: BaseUpscaler | None = None, library: TileLibrary | None = None
     ) -> None:
         self._seed = seed
-        self._base = base
+        self._base = base or NetworkBase()
         self._library = library or TileLibrary()
 
     def warm_up(self) -> None:
@@ -132,7 +133,7 @@ class DetailSynthesizer:
             max(height // 2, observation.shape[0]),
         )
         job = self._job(observation, half_width, half_height, context, region, level, seed, material, None)
-        job = _with(job, passes=0, stride=2)
+        job = replace(job, stride=2)
         small, _, _ = self._made(job)
         image = enlarged(projected(small, job.observation), width, height)
         return np.clip(image, 0, 255) * np.float32(1 / 255)
@@ -208,26 +209,22 @@ class DetailSynthesizer:
             level=level,
             prompted=prompted is not None,
             seeds=seeds,
-            passes=COMPENSATION_PASSES,
             stride=1,
             check=check or (lambda: None),
         )
 
     def _made(self, job: _Job) -> tuple[FloatArray, FloatArray, ByteArray]:
         """Returns image and relief in grey levels, and labels, at the job's size but not yet projected."""
-        start = job.observation
-        if job.passes:
-            start = precompensated(self._base, job.observation, job.doublings, job.level, job.passes)
-        job.check()
-        base = self._base(start, job.doublings, job.level)
+        base = self._base(job.observation, job.doublings, job.level)
         job.check()
         place = layout(job.labels, base)
         texture = painted_texture(place, job.names, job.observation, self._library, job.seeds, job.stride)
         job.check()
-        base = reconciled(roughened(base, texture, _roughness(job, place)), job.observation)
-        job.check()
+        base = roughened(base, texture, _roughness(job, place))
         detail = texture * self._sigma(job, place)
         image = with_detail(base, detail, job.observation)
+        if job.level <= 1:
+            image += film_grain(texture.shape, job.seeds)[..., None]
         job.check()
         size = (job.width, job.height)
         labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
@@ -257,10 +254,6 @@ def _promised(db: float, job: _Job) -> float:
     return db
 
 
-def _with(job: _Job, passes: int, stride: int) -> _Job:
-    return _Job(**{**job.__dict__, "passes": passes, "stride": stride})
-
-
 def doublings_for(factor: float) -> int:
     """Returns how many doublings to work with; up to a fifth more is left to plain resampling.
 
@@ -272,15 +265,27 @@ def doublings_for(factor: float) -> int:
 
 
 def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray) -> FloatArray:
-    """Returns base plus detail, in grey levels: half as light that falls on it, half as paint.
+    """Returns base plus detail, in grey levels: half as light, half as paint, a little as hue.
 
     The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
     detail is taken out of it again.
     """
-    height, width = observation.shape[:2]
-    unseen = detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
+    unseen = _unseen(detail, observation)
+    hue = _unseen(np.roll(blurred(detail, 1.2), (113, 71), (0, 1)), observation)
     light = 0.5 * unseen / np.maximum(luma(base), 24)
-    return base * (1 + light[..., None]) + 0.5 * unseen[..., None]
+    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * HUE_DRIFT
+
+
+def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
+    height, width = observation.shape[:2]
+    return detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
+
+
+def film_grain(shape: tuple[int, ...], seeds: tuple[int, ...]) -> FloatArray:
+    """Returns ``(H, W)`` in grey levels: a camera's noise, or a sky would look like plastic."""
+    rng = np.random.default_rng([*seeds, 7])
+    grain = blurred(rng.standard_normal(shape, np.float32), 0.5)
+    return grain * np.float32(GRAIN_RMS / grain.std())
 
 
 def roughened(base: FloatArray, texture: FloatArray, roughness_px: FloatArray) -> FloatArray:
