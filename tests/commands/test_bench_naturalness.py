@@ -7,9 +7,11 @@ from wzviewer.commands.bench_naturalness import (
     gradient_kl,
     halved,
     naturalness,
+    naturalness_of_levels,
     niqe,
     spectrum_slope,
 )
+from wzviewer.commands.bench_scenes import chain_scene
 from wzviewer.core.assets import demo_picture
 from wzviewer.core.photos import load_photo
 
@@ -74,3 +76,11 @@ def test_gradient_divergence_is_zero_for_itself_and_grows_with_blur(meadow: np.n
 def test_all_numbers_come_by_key(meadow: np.ndarray) -> None:
     assert naturalness(meadow).keys() == {"niqe", "spectrum_slope"}
     assert naturalness(meadow, meadow).keys() == {"niqe", "spectrum_slope", "gradient_kl"}
+
+
+def test_every_zoom_of_a_scene_is_compared_with_plain_enlargement(meadow: np.ndarray) -> None:
+    scene = chain_scene(2, (meadow[:288, :384] * 255).astype(np.uint8))
+    found = naturalness_of_levels(scene)
+    assert found["niqe_level_1"] == pytest.approx(niqe(scene[1].image.astype(np.float32) / 255))
+    assert found["niqe_share_of_bicubic_level_1"] < 0.5  # measured 0.18
+    assert found["spectrum_slope_level_1"] > -4  # measured -3.06

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from scipy.special import gamma
 
+from wzviewer.core.scene import Scene
 from wzviewer.core.types import FloatArray
 
 BLOCK_PX = 96
@@ -40,6 +41,37 @@ def naturalness(image: FloatArray, truth: FloatArray | None = None) -> dict[str,
     if truth is not None:
         found["gradient_kl"] = gradient_kl(image, truth)
     return found
+
+
+def naturalness_of_levels(scene: Scene) -> dict[str, float]:
+    """Returns ``niqe_level_N``, ``spectrum_slope_level_N`` and ``niqe_share_of_bicubic_level_N`` per zoom.
+
+    The share compares with the bicubic enlargement of the same region of the parent's image.
+    """
+    found: dict[str, float] = {}
+    for level in list(scene)[1:]:
+        numbers = naturalness(level.image.astype(np.float32) / np.float32(255))
+        found |= {f"{name}_level_{level.index}": value for name, value in numbers.items()}
+        plain = niqe(_plainly_enlarged(scene, level.index))
+        found[f"niqe_share_of_bicubic_level_{level.index}"] = numbers["niqe"] / plain
+    return found
+
+
+def _plainly_enlarged(scene: Scene, index: int) -> FloatArray:
+    level = scene[index]
+    assert level.parent is not None  # a zoom
+    parent = scene[level.parent]
+    step = parent.camera.focal_px / level.camera.focal_px
+    shift = [
+        parent.camera.cx - step * level.camera.cx + 0.5 * step - 0.5,
+        parent.camera.cy - step * level.camera.cy + 0.5 * step - 0.5,
+    ]
+    parent_from_level = np.array([[step, 0.0, shift[0]], [0.0, step, shift[1]]])
+    size = (level.camera.width, level.camera.height)
+    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    image = parent.image.astype(np.float32) / 255
+    large = cv2.warpAffine(image, parent_from_level, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return np.clip(large, 0, 1)
 
 
 def niqe(image: FloatArray) -> float:

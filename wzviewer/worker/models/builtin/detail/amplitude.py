@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import FloatArray
+from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.measures import (
     blurred,
     dense_rms,
@@ -17,11 +18,14 @@ from wzviewer.worker.models.builtin.detail.measures import (
     orientation,
     ramp,
     stretched,
+    widely_blurred,
 )
 
 LAW_GAIN = 1.3 * 1.43  # 1.0 matches the statistics of photographs, 1.3 looks better
 NOISE_RMS = 0.6
 """What a clean photograph's noise and compression leave in its finest octave, in grey levels."""
+NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
+REGIONAL_SHARE = 0.65
 CEILING = 15.0
 """No detail is stronger than this RMS, in grey levels."""
 PROMPTED_FLOOR = 0.05
@@ -39,7 +43,23 @@ def lawful_sigma(plane: FloatArray) -> FloatArray:
     fine = texture_evidence(plane)
     wide = stretched(local_rms(first_band(half), 3.0), width, height)
     wide = np.maximum(wide, fine)  # finer louder than coarser is noise: no reason for more of it
+    return law(fine, wide)
+
+
+def law(fine: FloatArray, wide: FloatArray) -> FloatArray:
+    """Returns the RMS of three new octaves after the two finest that are seen, all in grey levels."""
     return LAW_GAIN * fine**1.5 * (wide + np.float32(0.3)) ** np.float32(-0.62)
+
+
+def regional_sigma(regions: tuple[Region, ...], names: tuple[str, ...]) -> FloatArray:
+    """Returns ``(n,)``: what the law gives to each region as a whole, 0 for what is smooth or made by hand.
+
+    A wood is leafy also where its finest octave happens to be calm; patches of leaves would look pasted.
+    """
+    fine = np.array([region.fine for region in regions], np.float32)
+    wide = np.array([max(region.middle, region.fine) for region in regions], np.float32)
+    grown = np.array([name in NATURAL for name in names], np.float32)
+    return np.float32(REGIONAL_SHARE) * grown * law(fine, wide)
 
 
 def texture_evidence(plane: FloatArray) -> FloatArray:
@@ -91,20 +111,24 @@ def edge_damping(plane: FloatArray) -> FloatArray:
 
 def tone_damping(plane: FloatArray) -> FloatArray:
     """Returns 0.2..1: little detail in the black and in the burnt-out, where it could only be clipped."""
-    return ramp(plane, 0, 40).clip(0.25, 1) * ramp(262 - plane, 0, 40).clip(0.2, 1)
+    return ramp(plane, 0, 30).clip(0.25, 1) * ramp(262 - plane, 0, 40).clip(0.2, 1)
 
 
-def sigma_map(plane: FloatArray, gain: FloatArray, floor: FloatArray, truthful: bool) -> FloatArray:
+def sigma_map(
+    plane: FloatArray, gain: FloatArray, floor: FloatArray, regional: FloatArray, truthful: bool
+) -> FloatArray:
     """Returns the RMS of the detail, ``(h, w)`` in grey levels, at the observation's size.
 
     Args:
         plane: ``(h, w)`` luma of the observation in grey levels.
         gain: ``(h, w)`` factor of the material on the law.
         floor: ``(h, w)`` least contrast of the material, as a share of the luminance.
+        regional: ``(h, w)`` of `regional_sigma`; not where there are letters.
         truthful: the observation is a photograph: where it shows no texture, the floor does not apply.
     """
     floor_sigma = floor * np.maximum(plane, 24)
     if truthful:
         floor_sigma *= np.float32(0.25) + np.float32(0.75) * ramp(texture_evidence(plane), 0.8, 2.0)
-    sigma = np.sqrt(np.square(gain * lawful_sigma(plane)) + np.square(floor_sigma))
+    texture = np.maximum(lawful_sigma(plane), regional * widely_blurred(drawn_not_lettered(plane), 8.0))
+    sigma = np.sqrt(np.square(gain * texture) + np.square(floor_sigma))
     return np.minimum(sigma, CEILING) * tone_damping(plane) * edge_damping(plane)

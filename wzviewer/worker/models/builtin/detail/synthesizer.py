@@ -9,7 +9,7 @@ import numpy as np
 
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.errors import WorkerError
-from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, sigma_map
+from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, regional_sigma, sigma_map
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
     consistency_db,
@@ -35,7 +35,7 @@ Fractions = tuple[float, float, float, float]
 
 HUE_DRIFT = np.array([0.3, -0.08, -0.25], np.float32)
 """Direction in RGB in which material varies beside its luminance, warm to cool, hardly any luma in it."""
-GRAIN_RMS = 0.5
+LEAST_GRAIN_RMS, MOST_GRAIN_RMS = 0.3, 1.0
 """In grey levels, at level 1 only; photographs at 2K measure 0.5 to 1.7 in their skies."""
 
 
@@ -68,6 +68,8 @@ class _Job:
     names: tuple[str, ...]
     level: int
     prompted: bool
+    regional_sigma: FloatArray  # per name
+    grain_rms: float
     seeds: tuple[int, ...]
     stride: int
     check: Callable[[], None]
@@ -208,10 +210,18 @@ class DetailSynthesizer:
             names=names,
             level=level,
             prompted=prompted is not None,
+            regional_sigma=self._regional(context, names, level),
+            grain_rms=grain_rms(context) if level <= 1 else 0.0,
             seeds=seeds,
             stride=1,
             check=check or (lambda: None),
         )
+
+    @staticmethod
+    def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
+        if level > 1 or names != context.materials:
+            return np.zeros(len(names), np.float32)
+        return regional_sigma(context.regions, names)
 
     def _made(self, job: _Job) -> tuple[FloatArray, FloatArray, ByteArray]:
         """Returns image and relief in grey levels, and labels, at the job's size but not yet projected."""
@@ -223,8 +233,8 @@ class DetailSynthesizer:
         base = roughened(base, texture, _roughness(job, place))
         detail = texture * self._sigma(job, place)
         image = with_detail(base, detail, job.observation)
-        if job.level <= 1:
-            image += film_grain(texture.shape, job.seeds)[..., None]
+        if job.grain_rms:
+            image += film_grain(texture.shape, job.grain_rms, job.seeds)[..., None]
         job.check()
         size = (job.width, job.height)
         labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
@@ -241,9 +251,9 @@ class DetailSynthesizer:
         sharp_gain = _spread(place, per_label(job.names, "gain")) / np.maximum(
             stretched(gain, *job.work_size), 1e-3
         )
-        return stretched(sigma_map(plane, gain, floor, truthful), *job.work_size) * np.clip(
-            sharp_gain, 0.3, 1.5
-        )
+        regional = area_down(_spread(place, job.regional_sigma), width, height)
+        sigma = sigma_map(plane, gain, floor, regional, truthful)
+        return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
 
 def _promised(db: float, job: _Job) -> float:
@@ -281,11 +291,17 @@ def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
     return detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
 
 
-def film_grain(shape: tuple[int, ...], seeds: tuple[int, ...]) -> FloatArray:
-    """Returns ``(H, W)`` in grey levels: a camera's noise, or a sky would look like plastic."""
+def grain_rms(context: Context) -> float:
+    """Returns the noise of the photograph in its calmest region, in grey levels; the new one has it too."""
+    calmest = min((region.fine for region in context.regions if region.share > 0.03), default=0.0)
+    return min(max(calmest, LEAST_GRAIN_RMS), MOST_GRAIN_RMS)
+
+
+def film_grain(shape: tuple[int, ...], rms: float, seeds: tuple[int, ...]) -> FloatArray:
+    """Returns ``(H, W)`` of that RMS: a camera's noise, or a sky would look like plastic."""
     rng = np.random.default_rng([*seeds, 7])
     grain = blurred(rng.standard_normal(shape, np.float32), 0.5)
-    return grain * np.float32(GRAIN_RMS / grain.std())
+    return grain * np.float32(rms / (grain.std() + 1e-6))
 
 
 def roughened(base: FloatArray, texture: FloatArray, roughness_px: FloatArray) -> FloatArray:
