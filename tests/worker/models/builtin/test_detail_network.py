@@ -50,7 +50,7 @@ def test_a_constant_picture_stays_constant(base, value):
 @pytest.mark.parametrize("level", [1, 2])
 def test_it_shrinks_back_to_what_it_was_given(base, level):
     image = drawing()[1]
-    assert consistency_db(base(image, 3, level), image) > 38  # measured 44.1 and 42.9
+    assert consistency_db(base(image, 3, level), image) > 38  # measured 44.0 and 44.2
 
 
 @pytest.mark.parametrize("level", [1, 2])
@@ -61,14 +61,14 @@ def test_a_step_edge_is_steep_and_hardly_rings(base, level):
     bicubic = cv2.resize(step, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC)[8].mean(1)
     assert row.min() > 64 - 1  # grey levels of a step of 128; measured 64.0; bicubic reaches 51
     assert row.max() < 192 + 1  # measured 192.0; bicubic reaches 205
-    assert np.abs(np.diff(row)).max() > 2.0 * np.abs(np.diff(bicubic)).max()  # measured 3.0 and 3.3
+    assert np.abs(np.diff(row)).max() > 2.6 * np.abs(np.diff(bicubic)).max()  # measured 3.3 and 3.5
 
 
 def test_it_finds_the_drawing_better_than_bicubic(base):
     truth, image = drawing()
     bicubic = cv2.resize(image, None, fx=8, fy=8, interpolation=cv2.INTER_CUBIC)
     errors = [np.abs(made - truth).mean() for made in (base(image, 3, 2), bicubic)]
-    assert errors[0] < 0.7 * errors[1]  # measured 1.63 against 3.56
+    assert errors[0] < 0.5 * errors[1]  # measured 1.19 against 3.56
 
 
 def test_it_is_small(base):

@@ -71,7 +71,7 @@ def fine_rms(image):
 def test_shrunk_it_is_the_observation_whatever_that_is(synthesizer, kind, level):
     observation = nasty(kind)
     detail = upscaled(synthesizer, observation, level=level)
-    assert consistency_db(detail.image, observation, peak=1.0) >= 40  # measured 40.4 (noise) to 120
+    assert consistency_db(detail.image, observation, peak=1.0) >= 40  # measured 40.5 (noise) to 120
     assert detail.consistency_db >= 40
     assert detail.image.min() >= 0
     assert detail.image.max() <= 1
@@ -116,7 +116,7 @@ def test_a_step_edge_rings_nowhere(synthesizer):
     assert near.max() < 0.75 + 0.004  # measured 0.7501; bicubic reaches 0.802
     bicubic = cv2.resize(step_edge(), (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)[64].mean(1)
     steepest = np.abs(np.diff(image[64].mean(1))).max()
-    assert steepest > 2 * np.abs(np.diff(bicubic)).max()  # measured 2.9
+    assert steepest > 2.5 * np.abs(np.diff(bicubic)).max()  # measured 3.2
 
 
 def test_a_smooth_sky_stays_smooth_for_four_levels(synthesizer):
@@ -124,7 +124,7 @@ def test_a_smooth_sky_stays_smooth_for_four_levels(synthesizer):
     context = synthesizer.describe(observation, None)
     for level in range(1, 5):
         detail = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, level, 7)
-        assert fine_rms(detail.image) < 0.5  # grey levels of 255; measured 0.24 (film grain), then 0.15
+        assert fine_rms(detail.image) < 0.5  # grey levels of 255; measured 0.39 (film grain), then 0.15
         context = synthesizer.describe(detail.image, context, detail)
         assert set(context.materials) == {"sky"}
         observation = detail.image[:ROWS, :COLUMNS]
@@ -187,7 +187,7 @@ def test_a_glossy_thing_stays_smooth_and_turns_into_neither_stone_nor_wood(synth
         assert not {"rock", "granite", "fibre", "foliage", "sand"} & set(detail.names)
         calm = detail.image[60:120, 90:170].mean(2)
         grain = 255 * (calm - cv2.GaussianBlur(calm, (0, 0), 1.5)).std()
-        assert grain < 0.6  # grey levels; measured 0.41 (film grain), then 0.26
+        assert grain < 0.7  # grey levels; measured 0.54 (film grain), then 0.26
         context = synthesizer.describe(detail.image, context, detail)
         observation, region = detail.image[70:93, 110:144], (110 / 272, 70 / 184, 144 / 272, 93 / 184)
 

@@ -25,7 +25,8 @@ LAW_GAIN = 1.3 * 1.43  # 1.0 matches the statistics of photographs, 1.3 looks be
 NOISE_RMS = 0.6
 """What a clean photograph's noise and compression leave in its finest octave, in grey levels."""
 NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
-REGIONAL_SHARE = 0.65
+REGIONAL_SHARE = 0.7
+"""Least detail of a place, as a share of what the law gives to its whole region."""
 CEILING = 15.0
 """No detail is stronger than this RMS, in grey levels."""
 PROMPTED_FLOOR = 0.05

@@ -82,6 +82,8 @@ def classified(regions: tuple[Region, ...]) -> tuple[str, ...]:
             names[index] = "sky"  # clouds that do not reach the top
         if fur > 0.06 and names[index] in ("plaster", "rock"):  # an animal: its white and its black
             names[index] = "fur" if 3 < region.fine + region.middle < 12 else "skin"
+        if names[index] == "plaster" and "foliage" in names and _dark_green(region):
+            names[index] = "foliage"  # a wood's shade
         if names[index] in ("venation", "straw", "cell") and not any(map(_green, regions)):
             names[index] = _made_by_hand(region)  # nothing grows here
     return tuple(names)
@@ -92,6 +94,10 @@ def _made_by_hand(region: Region) -> str:
     if not (_hue(region) < 50 or _hue(region) > 340):
         return "plaster"
     return "weave" if region.fine > 1.7 else "skin"
+
+
+def _dark_green(region: Region) -> bool:
+    return region.lightness < 30 and region.green_red < -1.5
 
 
 def _green(region: Region) -> bool:

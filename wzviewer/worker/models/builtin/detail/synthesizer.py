@@ -35,7 +35,7 @@ Fractions = tuple[float, float, float, float]
 
 HUE_DRIFT = np.array([0.3, -0.08, -0.25], np.float32)
 """Direction in RGB in which material varies beside its luminance, warm to cool, hardly any luma in it."""
-LEAST_GRAIN_RMS, MOST_GRAIN_RMS = 0.3, 1.0
+LEAST_GRAIN_RMS, MOST_GRAIN_RMS = 0.5, 1.0
 """In grey levels, at level 1 only; photographs at 2K measure 0.5 to 1.7 in their skies."""
 
 
@@ -82,7 +82,7 @@ class _Job:
 
 
 class DetailSynthesizer:
-    """The built-in `SuperResolver` and `SceneDescriber`: no weights, no download, deterministic.
+    """The built-in `SuperResolver` and `SceneDescriber`: its one small network is packaged; deterministic.
 
     Args:
         seed: of everything random in it.
