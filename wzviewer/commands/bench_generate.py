@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from wzviewer.commands.bench_naturalness import naturalness_of_levels
 from wzviewer.commands.bench_optimize import psnr_db
 from wzviewer.commands.cameras import orbited
 from wzviewer.commands.generation import generate_scene
@@ -40,7 +41,12 @@ def measure(options: argparse.Namespace) -> dict[str, Any]:
     for level in scene:
         for name, stage in level.stages.items():
             record[f"seconds_level_{level.index}_{name.replace(' ', '_')}"] = stage.seconds
-    return {**record, **consistency(scene), **looks(scene, options.context)}
+    return {
+        **record,
+        **consistency(scene),
+        **naturalness_of_levels(scene),
+        **looks(scene, options.context),
+    }
 
 
 def file_bytes_per_surfel(scene: Scene) -> float:

@@ -28,7 +28,11 @@ def named(**changes):
         ({"lightness": 70, "blue_yellow": -20, "centre_y": 0.2, "at_top": 0.8}, "sky"),
         ({"green_red": -15, "blue_yellow": 20, "fine": 9, "middle": 10, "wide": 10}, "foliage"),
         ({"green_red": -15, "blue_yellow": 20, "fine": 1.2, "middle": 2, "wide": 4}, "venation"),
-        ({"green_red": 40, "blue_yellow": 40, "fine": 0.9, "middle": 2}, "venation"),
+        ({"green_red": 40, "blue_yellow": 40, "fine": 0.9, "middle": 2}, "skin"),
+        ({"green_red": 40, "blue_yellow": 30, "fine": 2.4, "middle": 3, "wide": 4}, "weave"),
+        ({"green_red": 12, "blue_yellow": 24, "fine": 1.4, "middle": 4, "wide": 8}, "plaster"),
+        ({"lightness": 70, "fine": 9, "middle": 9, "wide": 12}, "plaster"),
+        ({"green_red": -1, "blue_yellow": 4, "lightness": 27, "fine": 12, "middle": 12, "wide": 12}, "rock"),
         ({"green_red": 40, "blue_yellow": 40, "fine": 0.3}, "smooth"),
         ({"fine": 10, "middle": 11, "wide": 12, "coherence": 0.35}, "rock"),
         ({"green_red": 14, "blue_yellow": 26, "fine": 3, "middle": 5, "wide": 6}, "fur"),
@@ -38,6 +42,25 @@ def named(**changes):
 )
 def test_rules(changes, name):
     assert named(**changes) == name
+
+
+def test_red_is_a_petal_where_something_grows_and_cloth_indoors():
+    red = dataclasses.replace(PLAIN, green_red=40, blue_yellow=30, fine=2.4, middle=3, wide=4, share=0.3)
+    green = dataclasses.replace(PLAIN, green_red=-15, blue_yellow=20, share=0.3)
+    assert classified((red, PLAIN))[0] == "weave"
+    assert classified((red, green))[0] == "venation"
+
+
+def test_no_stone_in_an_animals_face_and_no_stone_in_the_clouds():
+    coat = dataclasses.replace(PLAIN, green_red=14, blue_yellow=26, fine=3, middle=5, wide=6, share=0.3)
+    lids = dataclasses.replace(
+        PLAIN, green_red=4, blue_yellow=8, lightness=39, fine=5.7, middle=7.7, share=0.1
+    )
+    assert classified((lids,)) == ("rock",)
+    assert classified((coat, lids)) == ("fur", "skin")
+    top = dataclasses.replace(PLAIN, lightness=70, blue_yellow=-20, centre_y=0.15, at_top=0.8)
+    cloud = dataclasses.replace(PLAIN, lightness=78, blue_yellow=-6, centre_y=0.35, fine=2.4, middle=3)
+    assert classified((top, cloud)) == ("sky", "sky")
 
 
 def test_defocus_of_a_leaf_gets_no_leaves():

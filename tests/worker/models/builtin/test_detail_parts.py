@@ -4,9 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from wzviewer.worker.models.builtin.detail.amplitude import lawful_sigma, tone_damping
+from wzviewer.worker.models.builtin.detail.amplitude import drawn_not_lettered, lawful_sigma, tone_damping
 from wzviewer.worker.models.builtin.detail.consistency import consistency_db, projected, psnr_db
-from wzviewer.worker.models.builtin.detail.crisp import crisp_base
 from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
 from wzviewer.worker.models.builtin.detail.library import TILE_PX, TileLibrary
 from wzviewer.worker.models.builtin.detail.measures import area_down, dense_rms, local_rms, over_rows
@@ -19,22 +18,6 @@ def photo_like(rows=24, columns=36, seed=0):
     rng = np.random.default_rng(seed)
     coarse = cv2.resize(rng.uniform(30, 220, (6, 9, 3)).astype(np.float32), (columns, rows))
     return np.clip(coarse + rng.normal(0, 6, (rows, columns, 1)), 0, 255).astype(np.float32)
-
-
-def test_the_crisp_base_never_leaves_the_range_of_its_neighbourhood():
-    image = photo_like()
-    large = crisp_base(image, 3)
-    assert large.shape == (192, 288, 3)
-    box = np.ones((5, 5), np.uint8)
-    lowest = cv2.resize(cv2.erode(image, box), (288, 192), interpolation=cv2.INTER_NEAREST)
-    highest = cv2.resize(cv2.dilate(image, box), (288, 192), interpolation=cv2.INTER_NEAREST)
-    assert (large >= lowest - 1e-3).all()
-    assert (large <= highest + 1e-3).all()
-
-
-def test_the_crisp_base_keeps_a_constant_picture():
-    flat = np.full((7, 9, 3), 90, np.float32)
-    assert np.abs(crisp_base(flat, 3) - 90).max() < 1e-3
 
 
 @pytest.mark.parametrize("factor", [2, 4, 8])
@@ -76,6 +59,20 @@ def test_the_law_gives_texture_to_texture_and_none_to_flatness_or_letters():
     assert lawful_sigma(rough).mean() > 5
     assert lawful_sigma(flat).max() < 0.5
     assert lawful_sigma(letters).max() < 0.8  # measured 0.52: one stroke, however strong, is no texture
+
+
+def test_a_page_of_letters_is_told_from_texture():
+    rng = np.random.default_rng(0)
+    rough = cv2.GaussianBlur(rng.normal(128, 30, (90, 136)).astype(np.float32), (0, 0), 0.5)
+    page = np.full((360, 544), 230, np.uint8)
+    for row in range(30, 360, 34):
+        cv2.putText(
+            page, "letters on a page of text", (4, row), cv2.FONT_HERSHEY_SIMPLEX, 1.1, 20, 3, cv2.LINE_AA
+        )
+    page = cv2.resize(page.astype(np.float32), (136, 90), interpolation=cv2.INTER_AREA)
+    assert drawn_not_lettered(rough).mean() > 0.9
+    assert drawn_not_lettered(page).mean() < 0.2
+    assert lawful_sigma(page).mean() < 0.2 * lawful_sigma(rough).mean()
 
 
 def test_tone_damping_spares_black_and_white():

@@ -11,5 +11,6 @@
                    │     looks like closer    it may be             is L again
                    └──────────────────────────────────────────────────▲
 
-It invents material, never objects, letters or faces.
+`crisp` is a compact network of our own.  What is laid on it is material, never objects, letters or faces,
+and only where the picture itself is textured.
 """

@@ -13,6 +13,9 @@ from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
 
+OBJECTS_SPREAD = 2.5
+"""Above this ratio of the octaves it is objects that make the contrast, no texture: glass, metal, spokes."""
+
 
 @dataclass(frozen=True)
 class Context:
@@ -75,14 +78,46 @@ def classified(regions: tuple[Region, ...]) -> tuple[str, ...]:
     for index, region in enumerate(regions):
         if names[index] == "smooth" and any(math.dist(_lab(region), _lab(sky)) < 12 for sky in skies):
             names[index] = "sky"  # its lower end
-        if fur > 0.06 and names[index] in ("plaster", "rock") and 3 < region.fine + region.middle < 12:
-            names[index] = "fur"  # an animal: its white and its black
+        if skies and names[index] in ("plaster", "rock") and _cloudy(region):
+            names[index] = "sky"  # clouds that do not reach the top
+        if fur > 0.06 and names[index] in ("plaster", "rock"):  # an animal: its white and its black
+            names[index] = "fur" if 3 < region.fine + region.middle < 12 else "skin"
+        if names[index] == "plaster" and "foliage" in names and _dark_green(region):
+            names[index] = "foliage"  # a wood's shade
+        if names[index] in ("venation", "straw", "cell") and not any(map(_green, regions)):
+            names[index] = _made_by_hand(region)  # nothing grows here
     return tuple(names)
 
 
+def _made_by_hand(region: Region) -> str:
+    """Cloth or leather if it is red, else paint."""
+    if not (_hue(region) < 50 or _hue(region) > 340):
+        return "plaster"
+    return "weave" if region.fine > 1.7 else "skin"
+
+
+def _dark_green(region: Region) -> bool:
+    return region.lightness < 30 and region.green_red < -1.5
+
+
+def _green(region: Region) -> bool:
+    return region.share > 0.03 and 95 < _hue(region) < 170 and _chroma(region) > 9
+
+
+def _chroma(region: Region) -> float:
+    return math.hypot(region.green_red, region.blue_yellow)
+
+
+def _hue(region: Region) -> float:
+    return math.degrees(math.atan2(region.blue_yellow, region.green_red)) % 360
+
+
+def _cloudy(region: Region) -> bool:
+    return region.centre_y < 0.42 and region.lightness > 55 and _chroma(region) < 14 and region.fine < 4
+
+
 def _material_name(region: Region) -> str:
-    chroma = math.hypot(region.green_red, region.blue_yellow)
-    hue = math.degrees(math.atan2(region.blue_yellow, region.green_red)) % 360
+    chroma, hue = _chroma(region), _hue(region)
     if region.fine < 1.7 and region.middle < 3.0:
         return _even_material(region, chroma, hue)
     return _rough_material(region, chroma, hue)
@@ -106,7 +141,7 @@ def _rough_material(region: Region, chroma: float, hue: float) -> str:
     spread = region.wide / (
         region.fine + 0.1
     )  # about 1 in dense texture, above 1.5 where objects make the contrast
-    if 95 < hue < 170 and chroma > 9:
+    if 95 < hue < 170 and chroma > 10.5:
         return "foliage" if rough > 8 else "venation"
     blue = 180 < hue < 310
     if region.at_top > 0.25 and region.centre_y < 0.4 and region.lightness > 55 and (blue or chroma < 10):
@@ -114,7 +149,7 @@ def _rough_material(region: Region, chroma: float, hue: float) -> str:
     if blue and chroma > 9:
         return "ripple" if region.centre_y > 0.45 and rough < 7 else "rock" if rough > 10 else "plaster"
     if chroma < 13:
-        return _grey_material(region, rough)
+        return _grey_material(region, rough, spread)
     if chroma > 30 and 70 < hue < 112:
         return "straw" if spread < 1.5 else "venation"
     if chroma > 45:
@@ -122,18 +157,23 @@ def _rough_material(region: Region, chroma: float, hue: float) -> str:
     return _brown_material(region, chroma, rough, spread)
 
 
-def _grey_material(region: Region, rough: float) -> str:
-    if region.lightness < 30 and region.green_red < -1.5:
+def _grey_material(region: Region, rough: float, spread: float) -> str:
+    if region.lightness < 30 and region.green_red < -2.5:
         return "foliage" if rough > 4 else "plaster"
-    return "rock" if rough > 10 else "plaster"
+    stony = rough > 10 and region.lightness < 66  # bright and grey: a building
+    return "rock" if stony and spread < OBJECTS_SPREAD else "plaster"
 
 
 def _brown_material(region: Region, chroma: float, rough: float, spread: float) -> str:
-    if rough > 17:
-        return "sand" if region.coherence < 0.5 and region.centre_y > 0.45 else "rock"
+    if chroma > 34 and rough > 10 and region.coherence < 0.45:
+        return "cell"  # a flower's disc, fruit: alive
     if region.coherence > 0.58:  # a grain, or the straight edges of something built
         return "fibre" if chroma > 17 and spread < 2.3 else "plaster"
-    return "fur" if rough < 12 else "rock"
+    if spread > OBJECTS_SPREAD:
+        return "plaster"
+    if rough > 17:
+        return "sand" if region.coherence < 0.5 and region.centre_y > 0.45 else "rock"
+    return "rock" if rough > 12 else "fur"
 
 
 def words_for(regions: tuple[Region, ...], names: tuple[str, ...]) -> str:
@@ -149,8 +189,7 @@ def words_for(regions: tuple[Region, ...], names: tuple[str, ...]) -> str:
 
 def colour_word(region: Region) -> str:
     """Returns the plain English name of a region's mean colour."""
-    chroma = math.hypot(region.green_red, region.blue_yellow)
-    hue = math.degrees(math.atan2(region.blue_yellow, region.green_red)) % 360
+    chroma, hue = _chroma(region), _hue(region)
     if region.lightness < 12:
         return "black"
     if chroma < 9:

@@ -81,8 +81,8 @@ def voted_direction(plane: FloatArray, width: int, height: int) -> tuple[FloatAr
 
 
 def _voted(plane: FloatArray) -> FloatArray:
-    near, middle, far = blurred(plane, 2.5), widely_blurred(plane, 7), widely_blurred(plane, 18)
-    return near + 0.25 * middle + 0.06 * far + 0.01 * plane.mean()
+    near, middle, far = blurred(plane, 4.0), widely_blurred(plane, 9), widely_blurred(plane, 20)
+    return near + 0.4 * middle + 0.12 * far + 0.02 * plane.mean()
 
 
 def grain_texture(

@@ -5,7 +5,7 @@
     foliage ──► venation ──► cell ◄──► granule        fur ─┐
                                                      bark ─┼─► fibre ↺
     sand ──► rock ◄──► granite    skin ──► cell     straw ─┘
-    smooth ──► glaze ──► plaster ──► rock     sky ──► sky     weave ──► fibre
+    smooth ──► glaze ↺    plaster ↺    ripple ↺    sky ↺    weave ──► fibre
 """
 
 from dataclasses import dataclass
@@ -61,24 +61,24 @@ def _material(
 MATERIALS: dict[str, Material] = {
     material.name: material
     for material in (
-        _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.005, 0),
-        _material("glaze", "glazed surface", "plaster", 0.5, 0.004, 0.012, 0),
+        _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
+        _material("glaze", "glazed surface", "glaze", 0.5, 0.004, 0.006, 0),
         _material("sky", "smooth sky", "sky", 0.15, 0.002, 0.002, 0),
-        _material("foliage", "leaves", "venation", 1.5, 0.012, 0.05, 1.4),
-        _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.05, 0.3),
-        _material("cell", "cells", "granule", 0.75, 0.012, 0.05, 0.3),
-        _material("granule", "grains of a cell", "cell", 0.9, 0.012, 0.05, 0.36),
-        _material("fibre", "fibres", "fibre", 1.0, 0.012, 0.05, 0.48),
-        _material("fur", "fur", "fibre", 1.1, 0.014, 0.05, 0.6),
+        _material("foliage", "leaves", "venation", 1.9, 0.012, 0.05, 1.4),
+        _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3),
+        _material("cell", "cells", "granule", 0.75, 0.012, 0.07, 0.3),
+        _material("granule", "grains of a cell", "cell", 0.9, 0.012, 0.07, 0.36),
+        _material("fibre", "fibres", "fibre", 1.0, 0.012, 0.07, 0.48),
+        _material("fur", "fur", "fibre", 0.9, 0.014, 0.05, 0.6),
         _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
         _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
         _material("brushed", "brushed metal", "brushed", 0.6, 0.008, 0.018, 0.12),
-        _material("rock", "rock", "granite", 1.2, 0.016, 0.05, 1.2),
-        _material("granite", "crystals", "rock", 1.0, 0.014, 0.05, 0.84),
-        _material("sand", "gravel", "rock", 1.2, 0.016, 0.05, 0.96),
+        _material("rock", "rock", "granite", 1.2, 0.016, 0.07, 1.2),
+        _material("granite", "crystals", "rock", 1.0, 0.014, 0.07, 0.84),
+        _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),
         _material("skin", "skin or leather", "cell", 0.8, 0.008, 0.03, 0.24),
-        _material("plaster", "painted wall", "rock", 0.6, 0.006, 0.021, 0.24),
-        _material("ripple", "water", "plaster", 0.8, 0.01, 0.021, 0.48),
+        _material("plaster", "painted wall", "plaster", 0.6, 0.006, 0.026, 0.1),
+        _material("ripple", "water", "ripple", 0.8, 0.008, 0.014, 0.3),
         _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24),
         _material("scales", "scales", "cell", 0.9, 0.016, 0.05, 0.3),
     )

@@ -2,22 +2,20 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.errors import WorkerError
-from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, sigma_map
+from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, regional_sigma, sigma_map
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
     consistency_db,
-    precompensated,
     projected,
-    reconciled,
 )
-from wzviewer.worker.models.builtin.detail.crisp import BaseUpscaler, crisp_base
+from wzviewer.worker.models.builtin.detail.crisp import BaseUpscaler, NetworkBase
 from wzviewer.worker.models.builtin.detail.describe import Context, cropped_labels, described, inherited
 from wzviewer.worker.models.builtin.detail.library import TileLibrary
 from wzviewer.worker.models.builtin.detail.materials import material_of_words, per_label
@@ -34,7 +32,11 @@ from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painte
 
 Fractions = tuple[float, float, float, float]
 """``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
-COMPENSATION_PASSES = 2
+
+HUE_DRIFT = np.array([0.3, -0.08, -0.25], np.float32)
+"""Direction in RGB in which material varies beside its luminance, warm to cool, hardly any luma in it."""
+LEAST_GRAIN_RMS, MOST_GRAIN_RMS = 0.5, 1.0
+"""In grey levels, at level 1 only; photographs at 2K measure 0.5 to 1.7 in their skies."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +68,9 @@ class _Job:
     names: tuple[str, ...]
     level: int
     prompted: bool
+    regional_sigma: FloatArray  # per name
+    grain_rms: float
     seeds: tuple[int, ...]
-    passes: int
     stride: int
     check: Callable[[], None]
 
@@ -79,7 +82,7 @@ class _Job:
 
 
 class DetailSynthesizer:
-    """The built-in `SuperResolver` and `SceneDescriber`: no weights, no download, deterministic.
+    """The built-in `SuperResolver` and `SceneDescriber`: its one small network is packaged; deterministic.
 
     Args:
         seed: of everything random in it.
@@ -88,10 +91,10 @@ class DetailSynthesizer:
     """
 
     def __init__(
-        self, seed: int = 0, base: BaseUpscaler = crisp_base, library: TileLibrary | None = None
+        self, seed: int = 0, base: BaseUpscaler | None = None, library: TileLibrary | None = None
     ) -> None:
         self._seed = seed
-        self._base = base
+        self._base = base or NetworkBase()
         self._library = library or TileLibrary()
 
     def warm_up(self) -> None:
@@ -132,7 +135,7 @@ class DetailSynthesizer:
             max(height // 2, observation.shape[0]),
         )
         job = self._job(observation, half_width, half_height, context, region, level, seed, material, None)
-        job = _with(job, passes=0, stride=2)
+        job = replace(job, stride=2)
         small, _, _ = self._made(job)
         image = enlarged(projected(small, job.observation), width, height)
         return np.clip(image, 0, 255) * np.float32(1 / 255)
@@ -207,27 +210,31 @@ class DetailSynthesizer:
             names=names,
             level=level,
             prompted=prompted is not None,
+            regional_sigma=self._regional(context, names, level),
+            grain_rms=grain_rms(context) if level <= 1 else 0.0,
             seeds=seeds,
-            passes=COMPENSATION_PASSES,
             stride=1,
             check=check or (lambda: None),
         )
 
+    @staticmethod
+    def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
+        if level > 1 or names != context.materials:
+            return np.zeros(len(names), np.float32)
+        return regional_sigma(context.regions, names)
+
     def _made(self, job: _Job) -> tuple[FloatArray, FloatArray, ByteArray]:
         """Returns image and relief in grey levels, and labels, at the job's size but not yet projected."""
-        start = job.observation
-        if job.passes:
-            start = precompensated(self._base, job.observation, job.doublings, job.level, job.passes)
-        job.check()
-        base = self._base(start, job.doublings, job.level)
+        base = self._base(job.observation, job.doublings, job.level)
         job.check()
         place = layout(job.labels, base)
         texture = painted_texture(place, job.names, job.observation, self._library, job.seeds, job.stride)
         job.check()
-        base = reconciled(roughened(base, texture, _roughness(job, place)), job.observation)
-        job.check()
+        base = roughened(base, texture, _roughness(job, place))
         detail = texture * self._sigma(job, place)
         image = with_detail(base, detail, job.observation)
+        if job.grain_rms:
+            image += film_grain(texture.shape, job.grain_rms, job.seeds)[..., None]
         job.check()
         size = (job.width, job.height)
         labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
@@ -244,9 +251,9 @@ class DetailSynthesizer:
         sharp_gain = _spread(place, per_label(job.names, "gain")) / np.maximum(
             stretched(gain, *job.work_size), 1e-3
         )
-        return stretched(sigma_map(plane, gain, floor, truthful), *job.work_size) * np.clip(
-            sharp_gain, 0.3, 1.5
-        )
+        regional = area_down(_spread(place, job.regional_sigma), width, height)
+        sigma = sigma_map(plane, gain, floor, regional, truthful)
+        return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
 
 def _promised(db: float, job: _Job) -> float:
@@ -255,10 +262,6 @@ def _promised(db: float, job: _Job) -> float:
     if db < REQUIRED_DB and job.width % columns == 0 and job.height % rows == 0:
         raise WorkerError("new detail", f"it contradicts what was there: {db:.1f} dB")
     return db
-
-
-def _with(job: _Job, passes: int, stride: int) -> _Job:
-    return _Job(**{**job.__dict__, "passes": passes, "stride": stride})
 
 
 def doublings_for(factor: float) -> int:
@@ -272,15 +275,33 @@ def doublings_for(factor: float) -> int:
 
 
 def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray) -> FloatArray:
-    """Returns base plus detail, in grey levels: half as light that falls on it, half as paint.
+    """Returns base plus detail, in grey levels: half as light, half as paint, a little as hue.
 
     The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
     detail is taken out of it again.
     """
-    height, width = observation.shape[:2]
-    unseen = detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
+    unseen = _unseen(detail, observation)
+    hue = _unseen(np.roll(blurred(detail, 1.2), (113, 71), (0, 1)), observation)
     light = 0.5 * unseen / np.maximum(luma(base), 24)
-    return base * (1 + light[..., None]) + 0.5 * unseen[..., None]
+    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * HUE_DRIFT
+
+
+def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
+    height, width = observation.shape[:2]
+    return detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
+
+
+def grain_rms(context: Context) -> float:
+    """Returns the noise of the photograph in its calmest region, in grey levels; the new one has it too."""
+    calmest = min((region.fine for region in context.regions if region.share > 0.03), default=0.0)
+    return min(max(calmest, LEAST_GRAIN_RMS), MOST_GRAIN_RMS)
+
+
+def film_grain(shape: tuple[int, ...], rms: float, seeds: tuple[int, ...]) -> FloatArray:
+    """Returns ``(H, W)`` of that RMS: a camera's noise, or a sky would look like plastic."""
+    rng = np.random.default_rng([*seeds, 7])
+    grain = blurred(rng.standard_normal(shape, np.float32), 0.5)
+    return grain * np.float32(rms / (grain.std() + 1e-6))
 
 
 def roughened(base: FloatArray, texture: FloatArray, roughness_px: FloatArray) -> FloatArray:

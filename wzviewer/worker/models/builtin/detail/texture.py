@@ -115,7 +115,7 @@ def tile_texture(
     return cv2.remap(floats, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
 
 
-OCTAVES = (0.66, 0.64, 0.62)
+OCTAVES = (0.52, 0.56, 0.6)
 """Relative RMS of the three unseen octaves, finest first: a photograph's, a little crisper."""
 GRAIN_OCTAVES = (0.42, 0.58, 0.7)
 """The same for strands, of which the finest would alias into beads at the next level."""

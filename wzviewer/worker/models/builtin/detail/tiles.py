@@ -25,38 +25,22 @@ TileMaker = Callable[[int, np.random.Generator], FloatArray]
 
 
 def foliage(n: int, rng: np.random.Generator) -> FloatArray:
-    """Overlapping leaf blades, two half-tones split at the midrib; later ones lie higher and are lighter."""
-    canvas = np.zeros((n, n), np.float32)
-    count = 900 * n * n // 448**2
-    for index in range(count):
-        half_length, width = rng.uniform(10, 30), rng.uniform(0.26, 0.44)
-        angle, tone = rng.uniform(0, 2 * math.pi), rng.normal(0.9 * index / count, 0.26)
-        _draw_leaf(canvas, rng.uniform(0, n, 2).astype(np.float32), half_length, width, angle, tone)
-    veins = 0.12 * fractal(n, 0.8, rng)
-    return normalized(canvas + veins - periodic_blur(canvas, 30))
+    """A tree's leaves from afar, a few px each, in clumps: nearer ones hide others and are lighter.
 
-
-def _draw_leaf(
-    canvas: FloatArray, centre: FloatArray, half_length: float, width: float, angle: float, tone: float
-) -> None:
-    t = np.linspace(0, 1, 10)
-    spine = np.stack([(2 * t - 1) * half_length, 2.0 * np.sin(math.pi * t)], 1)
-    bulge = np.sin(math.pi * t**0.8) * width * half_length
-    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    for sign, shade in ((1, 0.0), (-1, -0.34)):
-        edge = spine + np.stack([0 * t, sign * bulge], 1)
-        outline = np.concatenate([spine, edge[::-1]]) @ turn.T
-        _fill_wrapped(canvas, outline + centre, tone + shade)
-
-
-def _fill_wrapped(canvas: FloatArray, outline: FloatArray, tone: float) -> None:
-    n = len(canvas)
-    low, high = outline.min(0), outline.max(0)
-    for dy in (-n, 0, n):
-        for dx in (-n, 0, n):
-            if low[0] + dx < n and high[0] + dx > 0 and low[1] + dy < n and high[1] + dy > 0:
-                points = np.round((outline + np.array([dx, dy])) * 16).astype(np.int32)
-                cv2.fillPoly(canvas, [points], tone, lineType=cv2.LINE_AA, shift=4)
+    Leaves larger than a coarse pixel would be taken back by consistency, all but their outlines.
+    """
+    clumps = fractal(n, 1.5, rng, lowest=10)
+    tone, front = np.zeros((n, n), np.float32), np.full((n, n), -9, np.float32)
+    for cell_px in (9, 7, 6, 8, 5):
+        first, _, index = cellular(n, n // cell_px, rng, stretch=rng.uniform(0.8, 1.25))
+        near = rng.normal(0, 0.6, index.max() + 1).astype(np.float32)[index]
+        dome = 1 - np.square(first / np.float32(0.52 * cell_px))
+        own = rng.normal(0, 0.5, index.max() + 1).astype(np.float32)[index] + 0.5 * near
+        height = near + np.minimum(dome, 0.15) * 4
+        seen = (height > front) & (dome > -0.25)
+        tone = np.where(seen, own + 0.25 * dome, tone).astype(np.float32)
+        front = np.where(seen, height, front)
+    return normalized(periodic_blur(warped(tone, 1.6, rng, slope=1.0) + 0.4 * clumps, 0.5))
 
 
 def venation(n: int, rng: np.random.Generator) -> FloatArray:
@@ -106,27 +90,30 @@ def granite(n: int, rng: np.random.Generator) -> FloatArray:
 
 
 def rock(n: int, rng: np.random.Generator) -> FloatArray:
-    """Broken stone: small facets, each lit by its own tilt, and two generations of cracks."""
-    total = np.zeros((n, n), np.float32)
-    for cells, weight in ((n // 16, 0.8), (n // 10, 0.8), (n // 6, 0.5)):
-        first, second, index = cellular(n, cells, rng, stretch=1.5)
+    """Broken stone: facets of all sizes, each lit by its own tilt, weathered by a fine grain."""
+    total = 0.5 * fractal(n, 0.9, rng, lowest=20)
+    for cells, weight in ((n // 26, 0.7), (n // 14, 0.8), (n // 8, 0.6)):
+        first, second, index = cellular(n, cells, rng, stretch=1.4)
         tilt = rng.normal(0, 1, index.max() + 1).astype(np.float32)[index]
-        edge = shaded(0.9 * np.minimum(second - first, 3))
-        total += weight * warped(tilt + 0.9 * edge, 1.0, rng)
-    for cells, width, weight in ((n // 70, 1.6, 1.7), (n // 30, 1.2, 0.9)):
-        first, second, _ = cellular(n, cells, rng)
-        total -= weight * warped(np.exp(-(((second - first) / width) ** 2)), 5.0, rng, slope=1.2)
-    return normalized(periodic_blur(total, 0.5))
+        edge = shaded(0.7 * np.minimum(second - first, 3))
+        some = (rng.random(index.max() + 1) < 0.6).astype(np.float32)[index]  # the rest lies flat
+        total += weight * warped(some * tilt + 0.5 * edge, 2.5, rng, slope=1.2)
+    rough = ridged(n, 3, n // 40, rng)
+    return normalized(periodic_blur(total + 0.6 * shaded(1.2 * rough), 0.5))
 
 
 def sand(n: int, rng: np.random.Generator) -> FloatArray:
-    """Grains, each a small lit dome with its own tone."""
-    first, _, index = cellular(n, n // 9, rng)
-    tone = rng.normal(0, 0.35, index.max() + 1).astype(np.float32)[index]
-    dome = np.sqrt(np.maximum(1 - (first / 7.5) ** 2, 0))
-    return normalized(
-        periodic_blur(2.0 * shaded(3.0 * dome) + tone, 0.6) + 0.25 * fractal(n, 1.2, rng, lowest=12)
-    )
+    """Grains of uneven size, each a small lit dome with its own tone, some fallen together."""
+    total = np.zeros((n, n), np.float32)
+    for cells, radius, weight in ((n // 13, 10.0, 0.8), (n // 8, 6.5, 0.8)):
+        first, _, index = cellular(n, cells, rng)
+        size = rng.uniform(0.5, 1.1, index.max() + 1).astype(np.float32)[index] * radius
+        tone = rng.normal(0, 0.45, index.max() + 1).astype(np.float32)[index]
+        dome = np.sqrt(np.maximum(1 - (first / size) ** 2, 0))
+        total += weight * warped(
+            1.6 * shaded(2.5 * dome) + tone * np.minimum(2 * dome, 1), 3.0, rng, slope=1.2
+        )
+    return normalized(periodic_blur(total, 0.6) + 0.4 * fractal(n, 0.9, rng, lowest=12))
 
 
 def skin(n: int, rng: np.random.Generator) -> FloatArray:
