@@ -23,7 +23,7 @@ from wzviewer.gl.frame import RenderSettings
 from wzviewer.gl.renderer import SurfelRenderer
 
 ZOOMS = (Zoom(0.35, 0.55), Zoom(0.5, 0.5), Zoom(0.5, 0.5))
-ORBIT_DEG = 8.0
+ORBITS_DEG = (8, 20)
 UNCOVERED_BELOW = 0.5  # coverage of a pixel that counts as a hole
 
 
@@ -93,18 +93,20 @@ def looks(scene: Scene, context: ContextKind) -> dict[str, Any]:
         for level in scene:
             image = picture(renderer, level.camera) / 255.0
             record[f"render_psnr_db_level_{level.index}"] = psnr_db(image, level.image / 255.0)
-            record[f"uncovered_share_8deg_level_{level.index}"] = uncovered(renderer, scene, level.index)
-    for key in ("render_psnr_db", "uncovered_share_8deg"):
+            for angle in ORBITS_DEG:
+                share = uncovered(renderer, scene, level.index, angle)
+                record[f"uncovered_share_{angle}deg_level_{level.index}"] = share
+    for key in ("render_psnr_db", *(f"uncovered_share_{angle}deg" for angle in ORBITS_DEG)):
         worst = min if key == "render_psnr_db" else max
         record[key] = worst(v for k, v in record.items() if k.startswith(key + "_level"))
     return record
 
 
-def uncovered(renderer: SurfelRenderer, scene: Scene, index: int) -> float:
-    """Largest share of pixels that an orbit of +-8 degrees leaves without a surface."""
+def uncovered(renderer: SurfelRenderer, scene: Scene, index: int, angle_deg: float) -> float:
+    """Largest share of pixels that an orbit to either side leaves without a surface."""
     level = scene[index]
     shares = []
-    for yaw_deg in (-ORBIT_DEG, ORBIT_DEG):
+    for yaw_deg in (-angle_deg, angle_deg):
         camera = orbited(level.camera, level.frame.origin, yaw_deg)
         settings = RenderSettings(outputs=frozenset({"color", "coverage"}))
         coverage = renderer.render(camera, settings).read_coverage()
