@@ -9,6 +9,7 @@ that is not round: measured 4 dB worse.)
 """
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from wzviewer.core.constants import COS_TILT_MIN, SURFEL_OPACITY, SURFEL_SIGMA_P
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 
+THREADS = 2
 BLOCK_PX = 128  # surfels come in blocks of the image, so that a run of them is near in space
 TEAR_SLOPE = 30.0  # native px of depth per px: steeper is an edge between two things (3 % of z at f 1024)
 _COS_FLOOR = 1e-3  # keeps the tangents of an edge-on surface finite
@@ -127,8 +129,8 @@ def lift(
     """
     if normals is None:
         normals = normals_from_relief(relief, camera, offset_px)
-    pieces = []
-    for block in _blocks(relief.shape):
+
+    def lifted(block: tuple[slice, slice]) -> tuple[DoubleArray | FloatArray, ...]:
         delta = relief[block].astype(np.float64)
         kept = 1 + delta / camera.focal_px > _RANGE_MIN  # false for nan
         if mask is not None:
@@ -137,7 +139,10 @@ def lift(
         x_px = columns + (block[1].start + offset_px[0] + 0.5)
         y_px = rows + (block[0].start + offset_px[1] + 0.5)
         geometry = _geometry(x_px, y_px, delta[kept], normals[block][kept], camera, sigma_px)
-        pieces.append((*geometry, image[block][kept]))
+        return (*geometry, image[block][kept])
+
+    with ThreadPoolExecutor(THREADS) as pool:  # numpy lets go of the interpreter; map keeps the order
+        pieces = list(pool.map(lifted, _blocks(relief.shape)))
     means, quats, scales, colors = (np.concatenate(p).astype(np.float32) for p in zip(*pieces, strict=True))
     n = len(means)
     native = (1 + means[:, 2].astype(np.float64) / camera.focal_px).astype(np.float32)
