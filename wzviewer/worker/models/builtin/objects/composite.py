@@ -126,7 +126,13 @@ def grain(shape: tuple[int, int], sigma: float, seed: int) -> FloatArray:
 
 
 def refract(
-    image: FloatArray, layer: Layer, gain: FloatArray, light: Light, finish: Finish, to_light: DoubleArray
+    image: FloatArray,
+    layer: Layer,
+    gain: FloatArray,
+    light: Light,
+    finish: Finish,
+    to_light: DoubleArray,
+    tint: tuple[float, float, float] = (1.0, 1.0, 1.0),
 ) -> tuple[FloatArray, FloatArray]:
     """Returns (picture, alpha) with a clear body: the background bent, light gathered opposite the key.
 
@@ -137,6 +143,7 @@ def refract(
         light: the picture's light.
         finish: sharpness to match.
         to_light: (3,) key direction, camera axes.
+        tint: (3,) share of light that the body lets through.
     """
     h, w = image.shape[:2]
     ground = shadowed(image, 1 - 0.8 * (1 - gain), light)
@@ -157,7 +164,10 @@ def refract(
     side = normal[..., :2] @ across.astype(np.float32)
     rim = 1 - 0.75 * (1 - facing) ** 3
     gathered = 1 + 2.2 * np.clip(-side, 0, 1) ** 1.6 * facing**0.3 - 0.55 * np.clip(side, 0, 1)
-    clear = seen * (rim * gathered)[..., None] + layer.color / np.maximum(layer.alpha, 1e-3)[..., None]
+    clear = (
+        seen * np.asarray(tint, np.float32) * (rim * gathered)[..., None]
+        + layer.color / np.maximum(layer.alpha, 1e-3)[..., None]
+    )
     color, alpha = soften(clear * layer.alpha[..., None], layer.alpha, finish.blur_px)
     mixed = color + linear_from_srgb(ground) * (1 - alpha[..., None])
     return np.where(alpha[..., None] > 0, srgb_from_linear(mixed), ground).astype(np.float32), alpha

@@ -9,36 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wzviewer.errors import PromptError
-from wzviewer.worker.models.builtin.objects import butterflies, insects, things
-from wzviewer.worker.models.builtin.objects.bodies import Builder, Tint, linear
+from wzviewer.worker.models.builtin.objects.bodies import Tint, linear
+from wzviewer.worker.models.builtin.objects.nouns import BUILDERS, NAMES, PLURALS
 
-BUILDERS: dict[str, Builder] = {
-    "ladybug": insects.ladybug,
-    "butterfly": butterflies.butterfly,
-    "blue morpho": butterflies.morpho,
-    "cabbage white": butterflies.cabbage_white,
-    "beetle": insects.beetle,
-    "water drop": things.drop,
-    "lego brick": things.brick,
-    "pebble": things.pebble,
-}
-NAMES = {
-    **{name: name for name in BUILDERS},
-    **dict.fromkeys(
-        ("lady bug", "ladybird", "lady bird", "ladybird beetle", "ladybug beetle", "ladybeetle"), "ladybug"
-    ),
-    **dict.fromkeys(("monarch", "monarch butterfly"), "butterfly"),
-    **dict.fromkeys(("morpho", "morpho butterfly", "blue morpho butterfly"), "blue morpho"),
-    **dict.fromkeys(("cabbage butterfly", "cabbage white butterfly"), "cabbage white"),
-    **dict.fromkeys(("bug", "ground beetle", "scarab", "insect", "carabid"), "beetle"),
-    **dict.fromkeys(
-        ("drop", "droplet", "dewdrop", "dew drop", "raindrop", "rain drop", "waterdrop", "water droplet"),
-        "water drop",
-    ),
-    **dict.fromkeys(("drop of water", "drop of dew", "dew"), "water drop"),
-    **dict.fromkeys(("brick", "lego", "toy brick", "building brick"), "lego brick"),
-    **dict.fromkeys(("stone", "rock"), "pebble"),
-}
 COUNTS = {
     **dict.fromkeys(("a", "an", "the", "one", "single", "1"), 1),
     **{
@@ -152,7 +125,7 @@ class Request:
     """One kind of object to insert.
 
     Attributes:
-        name: a key of `BUILDERS`, or "image".
+        name: a key of `nouns.BUILDERS`, or "image".
         count: how many.
         size: share of the view's width.
         tint: colour, pattern and substance words, resolved.
@@ -282,6 +255,8 @@ def _object_at(words: list[str], k: int) -> tuple[str, int, bool] | None:
 def _forms(name: str) -> list[tuple[str, bool]]:
     """Returns the name as it stands and the singulars it may be the plural of."""
     forms = [(name, False)]
+    if name in PLURALS:
+        forms.append((PLURALS[name], True))
     if name.endswith("ies"):
         forms.append((name[:-3] + "y", True))
     if name.endswith("s") and not name.endswith("ss"):

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.models.builtin.objects import composite, cutout, grammar, placement
+from wzviewer.worker.models.builtin.objects import composite, cutout, placement
 from wzviewer.worker.models.builtin.objects.bodies import Body, Tint
 from wzviewer.worker.models.builtin.objects.grammar import Request
 from wzviewer.worker.models.builtin.objects.lighting import (
@@ -16,6 +16,7 @@ from wzviewer.worker.models.builtin.objects.lighting import (
     light_from_photo,
     linear_from_srgb,
 )
+from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged, shifted
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
 from wzviewer.worker.models.builtin.objects.render import Pose, Scene, ground_shadow, render
@@ -27,7 +28,7 @@ Check = Callable[[], object] | None
 @lru_cache(maxsize=6)
 def body_of(name: str, seed: int, tint: Tint) -> Body:
     """Returns a body, built once."""
-    return grammar.BUILDERS[name](np.random.default_rng(seed), tint)
+    return BUILDERS[name](np.random.default_rng(seed), tint)
 
 
 def insert(
@@ -61,7 +62,9 @@ def insert(
     placed = shifted(placed, shift)
     finish = composite.Finish.of(result.image)
     if body.refractive:
-        picture, alpha = composite.refract(result.image, layer, gain, light, finish, setting.to_light)
+        picture, alpha = composite.refract(
+            result.image, layer, gain, light, finish, setting.to_light, body.clear
+        )
     else:
         picture, alpha = composite.composite(result.image, layer, gain, light, finish, seed)
     return merged(result, picture, relief, mask, alpha, gain, placed)

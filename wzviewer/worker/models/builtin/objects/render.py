@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Body
 from wzviewer.worker.models.builtin.objects.march import LAYERS, occlude, trace
-from wzviewer.worker.models.builtin.objects.patterns import evaluate
+from wzviewer.worker.models.builtin.objects.patterns import SHADED, SHEET, evaluate
 from wzviewer.worker.models.builtin.objects.primitives import BEZIER, CARD, CONE
 from wzviewer.worker.models.builtin.objects.shading import Setting, shade
-from wzviewer.worker.models.builtin.objects.terms import OUTPUTS
+from wzviewer.worker.models.builtin.objects.terms import OPAQUE, OUTPUTS
 
 LongArray = NDArray[np.int64]
 A = TypeVar("A")
@@ -98,6 +98,8 @@ class Scene:
         self.px = 1.0 / pose.size_px
         self.frame = pose.frame()
         self.primitives, self.opacity = _widened(body.primitives, self.px)
+        sheets = body.materials[body.primitives[:, 3].astype(int), SHEET] > 0
+        self.opacity = np.where(sheets, np.minimum(self.opacity, 0.96), self.opacity)
         self.casters = np.ascontiguousarray(self.primitives[self.primitives[:, 35] > 0.5])
         self.columns = -(-width // TILE)
         self.ids, self.spans = self._lists()
@@ -266,12 +268,12 @@ def _shoot(scene: Scene, setting: Setting, rays: DoubleArray) -> FloatArray:
         return out
     corner, dx, dy, direction = scene.frame
     points = corner + rays[ray, :1] * dx + rays[ray, 1:] * dy + depth[ray, layer][:, None] * direction
-    color = shade_points(scene, setting, hit[ray, layer], points, normal[ray, layer])
+    color, opaque = shade_points(scene, setting, hit[ray, layer], points, normal[ray, layer])
     clear = np.ones(len(rays), np.float32)
     for k in range(LAYERS):
         here = layer == k
         r = ray[here]
-        cover = clear[r] * scene.opacity[hit[r, k]].astype(np.float32)
+        cover = clear[r] * scene.opacity[hit[r, k]].astype(np.float32) * opaque[here]
         out[r, :3] += cover[:, None] * color[here]
         out[r, 3] += cover
         clear[r] -= cover
@@ -283,8 +285,8 @@ def _shoot(scene: Scene, setting: Setting, rays: DoubleArray) -> FloatArray:
 
 def shade_points(
     scene: Scene, setting: Setting, hit: LongArray, points: DoubleArray, normals: DoubleArray
-) -> FloatArray:
-    """Returns (n, 3) linear radiance of object points: material, occlusion, light."""
+) -> tuple[FloatArray, FloatArray]:
+    """Returns (n, 3) linear radiance of object points and (n,) how opaque they are."""
     body = scene.body
     looks, bumped = np.zeros((len(hit), OUTPUTS)), np.zeros((len(hit), 3))
     points, normals = np.ascontiguousarray(points), np.ascontiguousarray(normals)
@@ -302,8 +304,8 @@ def shade_points(
     )
     occlusion = scene.occlusion(points + 1.5 * scene.px * normals, normals, setting.to_light)
     rotate = scene.pose.camera_from_object.T
-    rows = body.materials[scene.primitives[hit, 3].astype(int)].astype(np.float32)
-    return shade(
+    rows = body.materials[:, :SHADED].astype(np.float32)[scene.primitives[hit, 3].astype(int)]
+    color = shade(
         looks.astype(np.float32),
         rows,
         (bumped @ rotate).astype(np.float32),
@@ -311,6 +313,7 @@ def shade_points(
         occlusion.astype(np.float32),
         setting,
     )
+    return color, np.clip(looks[:, OPAQUE], 0, 1).astype(np.float32)
 
 
 def _stamps(P: DoubleArray) -> tuple[DoubleArray, DoubleArray, LongArray]:
