@@ -302,7 +302,8 @@ class Pen:
         """Adds a tube on a logarithmic spiral, turn angles from `turns`; `cut` takes it away instead."""
         row = self._row(SPIRAL, centre, material, group, blend, axes)
         row[1] = float(cut)
-        row[16:27] = [radius, growth, rise, tube, flat, *turns, *knobs, slant, flare]
+        once = float(np.exp(2 * np.pi * growth))
+        row[16:28] = [radius, growth, rise, tube, flat, *turns, *knobs, slant, flare, once]
         g = float(np.exp(growth * turns[1]))
         reach = tube * max(flat, 1.0) * g * (1 + knobs[0]) * (1 + max(flare, 0.0))
         middle = np.array([0.0, 0.0, 0.5 * rise * g])

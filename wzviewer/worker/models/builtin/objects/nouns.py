@@ -1,4 +1,4 @@
-"""Nouns: which words name which object, and who builds it."""
+"""Who builds which object."""
 
 from wzviewer.worker.models.builtin.objects import (
     birds,
@@ -58,64 +58,3 @@ BUILDERS: dict[str, Builder] = {
     "key": treasures.key,
     "lego brick": things.brick,
 }
-
-_SYNONYMS: dict[str, str] = {
-    "ladybug": "lady bug; ladybird; lady bird; ladybird beetle; ladybug beetle; ladybeetle",
-    "beetle": "bug; ground beetle; scarab; insect; carabid",
-    "butterfly": "monarch; monarch butterfly",
-    "blue morpho": "morpho; morpho butterfly; blue morpho butterfly",
-    "cabbage white": "cabbage butterfly; cabbage white butterfly",
-    "bee": "honeybee; honey bee; bumblebee; bumble bee; wasp",
-    "ant": "wood ant; red ant",
-    "spider": "garden spider; cross spider; tarantula",
-    "bird": "robin; robin redbreast; songbird; little bird",
-    "sparrow": "house sparrow; finch",
-    "blue tit": "tit; bluetit; titmouse; chickadee",
-    "cardinal": "red cardinal",
-    "canary": "canary bird; yellow bird",
-    "crow": "raven; blackbird; jackdaw; rook",
-    "fish": "perch",
-    "goldfish": "gold fish; koi; carp",
-    "clownfish": "clown fish; anemone fish; anemonefish; nemo",
-    "trout": "salmon",
-    "lizard": "wall lizard; salamander; newt; reptile",
-    "gecko": "leopard gecko",
-    "cat": "kitten; kitty; tabby; tabby cat; tomcat; house cat",
-    "snail": "garden snail",
-    "conch shell": "conch; shell; sea shell; seashell; whelk; sea snail",
-    "starfish": "sea star; seastar; star fish",
-    "mushroom": "toadstool; fly agaric; fungus; shroom",
-    "flower": "daisy; marguerite; chamomile; daisy flower; ox-eye daisy",
-    "sunflower": "sunflower head; sun flower",
-    "poppy": "poppy flower; corn poppy",
-    "cherry blossom": "blossom; sakura; apple blossom; peach blossom",
-    "leaf": "green leaf; beech leaf",
-    "maple leaf": "autumn leaf; fallen leaf; fall leaf; dead leaf",
-    "acorn": "oak nut; nut",
-    "feather": "plume; quill",
-    "pebble": "stone; rock",
-    "water drop": "drop; droplet; dewdrop; dew drop; raindrop; rain drop; waterdrop; water droplet; "
-    "drop of water; drop of dew; dew",
-    "crystal": "amethyst; quartz; gem; gemstone; crystal cluster",
-    "coin": "gold coin; penny; cent; doubloon; copper coin; silver coin",
-    "key": "old key; skeleton key; door key",
-    "lego brick": "brick; lego; toy brick; building brick; lego block; toy block",
-}
-
-NAMES: dict[str, str] = {name: name for name in BUILDERS} | {
-    word: name for name, words in _SYNONYMS.items() for word in words.split("; ")
-}
-PLURALS = {
-    "leaves": "leaf",
-    "maple leaves": "maple leaf",
-    "autumn leaves": "autumn leaf",
-    "fallen leaves": "fallen leaf",
-    "fungi": "fungus",
-    "fishes": "fish",
-    "starfishes": "starfish",
-    "conches": "conch",
-    "pennies": "penny",
-}
-"""Plurals that no rule makes."""
-GROUP = frozenset({"fish", "goldfish", "clownfish", "trout", "salmon", "koi", "carp", "starfish", "perch"})
-"""Nouns whose plural looks the same."""

@@ -153,44 +153,44 @@ def spiral_nearest(P: np.ndarray, i: int, x: float, y: float, z: float) -> tuple
     """Returns (distance bound, turn angle, angle around the tube) of a logarithmic spiral tube.
 
     Parameters: 16 radius, 17 growth b, 18 rise, 19 tube, 20 flattening, 21:23 first and last turn
-    angle, 23 knobs' height, 24 knobs a turn, 25 slant of the section, 26 flare of the lip.
+    angle, 23 knobs' height, 24 knobs a turn, 25 slant of the section, 26 flare of the lip, 27 e^(2 pi b).
     """
     r, phi = sqrt(x * x + y * y), atan2(y, x)
     big, rise, growth = P[i, 16], P[i, 18], P[i, 17]
     along = max((r * big + z * rise) / (big * big + rise * rise), 1e-6)
-    turn = floor((log(along) / growth - phi) / (2.0 * pi))
+    turn = floor((log(along) / growth - phi) / (2.0 * pi)) - 1.0
+    theta = phi + 2.0 * pi * turn
+    g = exp(growth * theta)
     tilt_c, tilt_s = cos(P[i, 25]), sin(P[i, 25])
-    best, best_turn, best_angle = FAR, 0.0, 0.0
-    for c in range(6):
-        if c < 4:
-            theta = phi + 2.0 * pi * (turn + c - 1.0)
-            if theta < P[i, 21] or theta > P[i, 22]:
-                continue
-            off = 0.0
-        else:
-            theta = P[i, 21] if c == 4 else P[i, 22]
-            off = sin(phi - theta) * r
-            if cos(phi - theta) < 0.0:
-                off = r
-        g = exp(growth * theta)
-        u, w = r - big * g, z - rise * g
-        if c >= 4:
-            u = r * cos(phi - theta) - big * g
+    best, best_turn, best_u, best_w = FAR, 0.0, 1.0, 0.0
+    for c in range(5):
+        off, across, end = 0.0, r, theta
+        if c == 4:  # the round end of the tube
+            end = P[i, 22]
+            g, across = exp(growth * end), r * cos(phi - end)
+            off = sin(phi - end) * r if across > 0.0 else r
+        elif theta < P[i, 21] or theta > P[i, 22]:
+            theta += 2.0 * pi
+            g *= P[i, 27]
+            continue
+        u, w = across - big * g, z - rise * g
         u, w = tilt_c * u + tilt_s * w, tilt_c * w - tilt_s * u
-        angle = atan2(w / P[i, 20], u)
         a = P[i, 19] * g
-        if P[i, 23] > 0.0:
-            swell = max(cos(P[i, 24] * theta), 0.0)
-            a *= 1.0 + P[i, 23] * swell * swell * exp(-5.0 * (angle - 0.75) ** 2)
-        lip = max(theta - P[i, 22] + 0.9, 0.0) / 0.9
+        lip = max(end - P[i, 22] + 0.9, 0.0) / 0.9
         a *= 1.0 + P[i, 26] * lip * lip
+        if P[i, 23] > 0.0 and abs(u) < 2.0 * a:
+            swell = max(cos(P[i, 24] * end), 0.0)
+            angle = atan2(w / P[i, 20], u)
+            a *= 1.0 + P[i, 23] * swell * swell * exp(-5.0 * (angle + 0.6) ** 2)
         b = a * P[i, 20]
         k0 = sqrt((u / a) ** 2 + (w / b) ** 2 + (off / a) ** 2)
         k1 = sqrt((u / (a * a)) ** 2 + (w / (b * b)) ** 2 + (off / (a * a)) ** 2)
         d = k0 * (k0 - 1.0) / k1 if k1 > 1e-9 else -min(a, b)
         if d < best:
-            best, best_turn, best_angle = d, theta, angle
-    return 0.62 * best, best_turn, best_angle
+            best, best_turn, best_u, best_w = d, end, u, w / P[i, 20]
+        theta += 2.0 * pi
+        g *= P[i, 27]
+    return 0.68 * best, best_turn, atan2(best_w, best_u)
 
 
 @njit(**JIT)

@@ -98,6 +98,7 @@ class Scene:
         self.px = 1.0 / pose.size_px
         self.frame = pose.frame()
         self.primitives, self.opacity = _widened(body.primitives, self.px)
+        self.hairs = self.opacity < 0.97
         sheets = body.materials[body.primitives[:, 3].astype(int), SHEET] > 0
         self.opacity = np.where(sheets, np.minimum(self.opacity, 0.96), self.opacity)
         self.casters = np.ascontiguousarray(self.primitives[self.primitives[:, 35] > 0.5])
@@ -367,7 +368,7 @@ def _scatter(scene: Scene, pixels: LongArray, samples: FloatArray) -> Layer:
 def _edges(ids: LongArray, layer: Layer, scene: Scene) -> BoolArray:
     """Marks pixels whose 3x3 neighbourhood changes group, brightness or holds a hair."""
     group = np.where(ids >= 0, scene.primitives[np.maximum(ids, 0), 29] + 1, 0).astype(np.float32)
-    thin = (ids >= 0) & (scene.opacity[np.maximum(ids, 0)] < 0.97)
+    thin = (ids >= 0) & scene.hairs[np.maximum(ids, 0)]
     kernel = np.ones((3, 3), np.uint8)
     changes = cv2.dilate(group, kernel) != cv2.erode(group, kernel)
     inside = ids >= 0

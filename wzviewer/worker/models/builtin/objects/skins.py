@@ -51,13 +51,18 @@ def fur(
         tint(out, M, m, M[m, 19] * band)
     sway = 0.9 * noise3(x * 9.0, y * 9.0, z * 9.0)
     lam *= 4.0
-    tone = 1.0
-    for octave in range(4):
+    tone, weight = 1.0, 0.5
+    for octave in range(8):  # tufts, strands, hairs; finer ones are longer for their width
+        f = fade(lam, px)
+        if f <= 0.0:
+            break
         s = 2.0 / lam
         n = noise3(a * s + sway, b * s / stretch + 3.1 * octave, c * s + 0.5 * sway)
-        f = bump(out, n, M[m, 16], lam, px)
-        tone += f * M[m, 18] * (0.5 if octave == 0 else 1.0) * n
-        lam *= 0.36
+        bump(out, n, M[m, 16], lam, px)
+        tone += f * M[m, 18] * weight * n
+        weight = 1.0 if octave == 0 else 0.8 * weight
+        lam *= 0.40
+        stretch *= 1.45
     gain(out, max(tone, 0.25))
     grain(out, x, y, z, px, 2.0 * lam, 0.01)
 
@@ -92,21 +97,27 @@ def fish(
     lam = M[m, 9]
     cover = M[m, 17] + 0.045 * cos(2.2 * angle)  # the gill cover's rear edge bulges backwards
     head = smoothstep(-0.008, 0.008, b - cover + 0.030)
-    row = (0.5 - b) / lam
-    k = floor(row)
-    across = angle * 0.17 / (0.62 * lam) + 0.5 * (k % 2.0)
+    # A scale is a disc that reaches back under nothing and over the next row: the front one is seen.
+    row, wide = (0.5 - b) / lam, angle * 0.17 / (0.62 * lam)
+    k = floor(row) - 1.0
+    across = wide + 0.5 * (k % 2.0)
     column = floor(across)
-    u, v = 2.0 * (across - column) - 1.0, row - k
+    u, v = 2.0 * (across - column) - 1.0, (row - k) / 1.42
+    if (0.80 * u) ** 2 + v * v > 1.0:
+        k += 1.0
+        across = wide + 0.5 * (k % 2.0)
+        column = floor(across)
+        u, v = 2.0 * (across - column) - 1.0, (row - k) / 1.42
     ident = hash_unit(int(k), int(column), 29)
+    rho = sqrt(0.64 * u * u + v * v)
     f = fade(lam, px) * (1.0 - head)
-    tip = smoothstep(0.62, 0.98, v + 0.50 * u * u)
-    out[HEIGHT] += f * 0.055 * lam * (v - 1.6 * tip)
-    gain(out, 1.0 + f * (0.16 * (ident - 0.5) - M[m, 18] * tip + 0.10 * (1.0 - v)))
-    rings = 0.14 * lam
-    g = fade(rings, px) * (1.0 - head)
+    rim = smoothstep(0.80, 0.99, rho)
+    out[HEIGHT] += f * 0.10 * lam * (rho - 1.2 * rim)
+    gain(out, 1.0 + f * (0.16 * (ident - 0.5) - M[m, 18] * rim + 0.10 * (0.7 - rho)))
+    g = fade(0.10 * lam, px) * (1.0 - head)
     if g > 0.0:
-        wave = cos(2.0 * pi * sqrt(u * u + 1.7 * v * v) * 7.0)
-        out[HEIGHT] += g * 0.006 * lam * wave
+        wave = cos(2.0 * pi * rho * 13.0 + 0.6 * noise3(x * 4.0 / lam, y * 4.0 / lam, z * 4.0 / lam))
+        out[HEIGHT] += g * 0.0025 * lam * wave
         gain(out, 1.0 + 0.06 * g * wave)
     out[LOST] += (1.0 - fade(lam, px)) * 0.012
     groove = exp(-(((b - cover) / 0.006) ** 2)) * (1.0 - smoothstep(0.75, 1.0, abs(sin(angle))))
