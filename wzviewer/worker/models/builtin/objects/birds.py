@@ -124,17 +124,16 @@ def _plain(color: Vector) -> Plumage:
 def _bird(rng: np.random.Generator, plumage: Plumage, crest: bool = False, bill: float = 1.0) -> Body:
     pen = Pen(rng)
     down = pen.material(
-        FUR, plumage.back, rough=0.72, wrap=0.35, sheen=0.25, wavelength=0.0075, relief=0.030,
-        free=(3.4, 0.13), marks=plumage.marks,
+        FUR, plumage.back, rough=0.72, wrap=0.35, sheen=0.25, wavelength=0.0058, relief=0.020,
+        free=(2.4, 0.12), marks=plumage.marks,
     )  # fmt: skip
     group = pen.group()
-    pitch = np.radians(30.0)
-    axes = np.array([[1, 0, 0], [0, np.cos(pitch), np.sin(pitch)], [0, -np.sin(pitch), np.cos(pitch)]])
+    axes, sloping, falling = (_pitched(angle) for angle in (30.0, 40.0, 62.0))  # as the plumage lies
     pen.ellipsoid((0, 0.035, 0.335), (0.158, 0.265, 0.165), down, group=group, blend=0.10, axes=axes)
-    pen.ellipsoid((0, 0.145, 0.375), (0.152, 0.155, 0.175), down, group=group, blend=0.10)
+    pen.ellipsoid((0, 0.145, 0.375), (0.152, 0.165, 0.165), down, group=group, blend=0.10, axes=falling)
     pen.cone((0, -0.10, 0.29), (0, -0.30, 0.225), 0.105, 0.042, down, group=group, blend=0.09)
-    pen.ellipsoid((0, 0.255, 0.560), (0.112, 0.128, 0.118), down, group=group, blend=0.10)
-    pen.ellipsoid((0, 0.335, 0.545), (0.060, 0.060, 0.055), down, group=group, blend=0.07)
+    pen.ellipsoid((0, 0.255, 0.560), (0.112, 0.122, 0.122), down, group=group, blend=0.10, axes=sloping)
+    pen.ellipsoid((0, 0.335, 0.545), (0.060, 0.058, 0.058), down, group=group, blend=0.07, axes=falling)
     if crest:
         pen.cone((0, 0.26, 0.62), (0, 0.15, 0.765), 0.075, 0.010, down, group=group, blend=0.08)
     for side in (-1.0, 1.0):
@@ -152,6 +151,12 @@ def _bird(rng: np.random.Generator, plumage: Plumage, crest: bool = False, bill:
     _head(pen, plumage, bill)
     _tail(pen, plumage)
     return pen.body(tilt_deg=(74.0, 84.0), yaw_deg=-16.0)
+
+
+def _pitched(degrees: float) -> DoubleArray:
+    """Returns axes whose y is raised from forward."""
+    c, s = float(np.cos(np.radians(degrees))), float(np.sin(np.radians(degrees)))
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
 
 
 def _head(pen: Pen, plumage: Plumage, bill: float) -> None:

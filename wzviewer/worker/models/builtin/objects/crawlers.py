@@ -127,9 +127,9 @@ def _place_wing(
 
 @lru_cache(maxsize=1)
 def _wing() -> tuple[FloatArray, FloatArray]:
-    outline = baking.outline_distance(baking.closed_curve(_WING), _WINDOW)
+    outline = baking.outline_distance(baking.closed_curve(_WING), _WINDOW, 2)
     veins = np.minimum(
-        baking.line_distance([baking.open_curve(v) for v in _VEINS], _WINDOW), np.abs(outline) + 0.004
+        baking.line_distance([baking.open_curve(v) for v in _VEINS], _WINDOW, 2), np.abs(outline) + 0.004
     )
     return outline, np.stack([veins, outline, outline]).astype(np.float32)
 

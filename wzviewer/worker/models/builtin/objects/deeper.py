@@ -107,11 +107,20 @@ def _toward_parent(picture: FloatArray, base: FloatArray, alpha: FloatArray, fac
     k = np.ones((int(1.5 * factor) | 1,) * 2, np.uint8)
     inside = cv2.erode((alpha > 0.98).astype(np.float32), k, borderValue=1)
     outside = cv2.erode((alpha < 0.02).astype(np.float32), k, borderValue=1)
+    off = np.abs(base - picture)[inside > 0.5]
+    # Where weather has changed the whole body, the parent's picture is right and the light here is not.
+    trust = max(1.0, 3.0 * float(np.median(off)) / _BAND_LIMITS[0]) if len(off) else 1.0
     for limit in _BAND_LIMITS:
-        off, step = base - picture, np.zeros_like(picture)
-        for weight, share in ((inside, alpha), (outside, 1 - alpha)):
-            low = cv2.resize(off * weight[..., None], size, interpolation=cv2.INTER_AREA)
-            large = cv2.resize(np.clip(low, -limit, limit), (w, h), interpolation=cv2.INTER_CUBIC)
-            step += large * share[..., None]
-        picture = np.clip(picture + step, 0, 1).astype(np.float32)
+        low = _pulled(base - picture, inside, alpha, size, limit * trust)
+        low += _pulled(base - picture, outside, 1 - alpha, size, limit)
+        picture = np.clip(picture + low, 0, 1).astype(np.float32)
     return picture
+
+
+def _pulled(
+    off: FloatArray, weight: FloatArray, share: FloatArray, size: tuple[int, int], limit: float
+) -> FloatArray:
+    """Returns the low band of a difference where `weight` counts it, limited, applied by `share`."""
+    low = cv2.resize(off * weight[..., None], size, interpolation=cv2.INTER_AREA)
+    step = cv2.resize(np.clip(low, -limit, limit), weight.shape[::-1], interpolation=cv2.INTER_CUBIC)
+    return np.asarray(step * share[..., None], np.float32)

@@ -1,17 +1,14 @@
 """Builder: fishes, one form in many colours.  y forward, z up; about 1 long with the tail."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from wzviewer.core.types import DoubleArray, FloatArray
-from wzviewer.worker.models.builtin.objects import baking
 from wzviewer.worker.models.builtin.objects.bodies import Body, Mark, Pen, Tint, Vector, linear, shaded
 from wzviewer.worker.models.builtin.objects.patterns import FIN, FISH, PLAIN
+from wzviewer.worker.models.builtin.objects.sheets import Outline, place_card
 
 WHITE, BLACK = linear(238, 234, 226), linear(24, 24, 28)
-Outline = tuple[tuple[float, float], ...]
 
 # Outlines in (y, z); the ray root of each fin follows.
 _TAIL: Outline = ((-0.29, 0.335), (-0.36, 0.36), (-0.50, 0.475), (-0.585, 0.50), (-0.545, 0.40),
@@ -188,31 +185,3 @@ def _pectoral(pen: Pen, side: float, material: int) -> None:
     place_card(
         pen, _PECTORAL, (0.03, 0.0), axes, 0.007, material, (side * 0.088, 0.175, 0.215), (0.5, 0.3, 0.0, 0.0)
     )
-
-
-def place_card(
-    pen: Pen, outline: Outline, root: tuple[float, float], axes: DoubleArray, thickness: float, material: int,
-    origin: Vector, bend: tuple[float, float, float, float],
-) -> None:  # fmt: skip
-    """Adds a card whose drawing's (0, 0) lies at `origin` and whose drawing axes are axes[0] and axes[1]."""
-    points = np.asarray(outline)
-    centre = (points.min(0) + points.max(0)) / 2
-    half = float(np.ptp(points, axis=0).max()) / 2 * 1.12
-    place = np.asarray(origin) + centre[0] * axes[0] + centre[1] * axes[1]
-    at = (float((root[0] - centre[0]) / half), float((root[1] - centre[1]) / half))
-    texture = pen.texture(drawn(outline), None)
-    pen.card(
-        (float(place[0]), float(place[1]), float(place[2])), axes, half, thickness, bend, texture, material,
-        (0.0, 0.0), 1.1, at,
-    )  # fmt: skip
-
-
-@lru_cache(maxsize=64)
-def drawn(outline: Outline) -> FloatArray:
-    """Returns the distances to an outline in its own window, baked once."""
-    points = np.asarray(outline)
-    centre = (points.min(0) + points.max(0)) / 2
-    window = baking.Window(
-        (float(centre[0]), float(centre[1])), float(np.ptp(points, axis=0).max()) / 2 * 1.12
-    )
-    return baking.outline_distance(baking.closed_curve(list(outline)), window)

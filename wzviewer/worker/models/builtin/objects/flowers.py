@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wzviewer.worker.models.builtin.objects.bodies import Body, Pen, Tint, Vector, linear, shaded
-from wzviewer.worker.models.builtin.objects.fishes import Outline, drawn
 from wzviewer.worker.models.builtin.objects.patterns import FIBRE, FLORETS, FUR, PETAL
+from wzviewer.worker.models.builtin.objects.sheets import Outline, drawn
 
 # Petals, root at (0, 0), tip at y = 1; x is half as wide again as drawn.
 _STRAP: Outline = ((-0.05, 0.0), (-0.105, 0.30), (-0.130, 0.62), (-0.105, 0.90), (-0.045, 0.985),
@@ -14,12 +14,12 @@ _STRAP: Outline = ((-0.05, 0.0), (-0.105, 0.30), (-0.130, 0.62), (-0.105, 0.90),
                    (0.05, 0.99), (0.11, 0.89), (0.130, 0.62), (0.100, 0.30), (0.05, 0.0))  # fmt: skip
 _FLAME: Outline = ((-0.05, 0.0), (-0.125, 0.25), (-0.165, 0.50), (-0.120, 0.78), (-0.03, 0.985), (0.0, 1.0),
                    (0.03, 0.985), (0.125, 0.76), (0.160, 0.50), (0.120, 0.25), (0.05, 0.0))  # fmt: skip
-_FAN: Outline = ((-0.08, 0.0), (-0.30, 0.30), (-0.50, 0.62), (-0.47, 0.88), (-0.25, 1.0), (0.0, 0.965),
-    (0.22, 1.0),
-                 (0.46, 0.90), (0.50, 0.62), (0.30, 0.30), (0.08, 0.0))  # fmt: skip
-_HEART: Outline = ((-0.06, 0.0), (-0.22, 0.35), (-0.36, 0.68), (-0.32, 0.90), (-0.16, 0.985),
-    (0.0, 0.90), (0.16, 0.985),
-                   (0.33, 0.90), (0.36, 0.68), (0.22, 0.35), (0.06, 0.0))  # fmt: skip
+_FAN: Outline = ((-0.106, 0.0), (-0.396, 0.30), (-0.66, 0.62), (-0.62, 0.88), (-0.33, 1.0), (0.0, 0.965),
+    (0.29, 1.0),
+                 (0.607, 0.90), (0.66, 0.62), (0.396, 0.30), (0.106, 0.0))  # fmt: skip
+_HEART: Outline = ((-0.073, 0.0), (-0.268, 0.35), (-0.439, 0.68), (-0.39, 0.90), (-0.195, 0.985),
+    (0.0, 0.90), (0.195, 0.985),
+                   (0.403, 0.90), (0.439, 0.68), (0.268, 0.35), (0.073, 0.0))  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import numpy as np
 from wzviewer.core.types import DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects import baking
 from wzviewer.worker.models.builtin.objects.bodies import Body, Pen, Tint, Vector, linear, shaded
-from wzviewer.worker.models.builtin.objects.fishes import drawn
 from wzviewer.worker.models.builtin.objects.patterns import FIBRE, HIDE, LEAF, VANE
+from wzviewer.worker.models.builtin.objects.sheets import drawn
 
 _WINDOW = baking.Window((0.0, 0.0), 0.5)
 _MAPLE = (
@@ -107,9 +107,9 @@ def _denser(ring: DoubleArray) -> DoubleArray:
 def _bake(
     ring: DoubleArray, mains: list[DoubleArray], sides: list[DoubleArray]
 ) -> tuple[FloatArray, FloatArray]:
-    flat = baking.outline_distance(ring, _WINDOW)
-    main = baking.line_distance([baking.open_curve([tuple(p) for p in v]) for v in mains], _WINDOW)
-    side = baking.line_distance([baking.open_curve([tuple(p) for p in v]) for v in sides], _WINDOW)
+    flat = baking.outline_distance(ring, _WINDOW, 2)
+    main = baking.line_distance([baking.open_curve([tuple(p) for p in v]) for v in mains], _WINDOW, 2)
+    side = baking.line_distance([baking.open_curve([tuple(p) for p in v]) for v in sides], _WINDOW, 2)
     return flat, np.stack([main, np.minimum(side, main), flat]).astype(np.float32)
 
 

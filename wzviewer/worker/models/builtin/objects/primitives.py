@@ -159,21 +159,23 @@ def spiral_nearest(P: np.ndarray, i: int, x: float, y: float, z: float) -> tuple
     big, rise, growth = P[i, 16], P[i, 18], P[i, 17]
     along = max((r * big + z * rise) / (big * big + rise * rise), 1e-6)
     turn = floor((log(along) / growth - phi) / (2.0 * pi)) - 1.0
-    theta = phi + 2.0 * pi * turn
-    g = exp(growth * theta)
+    below = exp(growth * (phi + 2.0 * pi * turn))
     tilt_c, tilt_s = cos(P[i, 25]), sin(P[i, 25])
+    reach = P[i, 19] * max(P[i, 20], 1.0) * (1.0 + P[i, 23]) * (1.0 + P[i, 26])
     best, best_turn, best_u, best_w = FAR, 0.0, 1.0, 0.0
     for c in range(5):
-        off, across, end = 0.0, r, theta
+        whorl = (1.0, 2.0, 0.0, 3.0, 0.0)[c]  # the likeliest first: most of the others are too far
+        end, off, across = phi + 2.0 * pi * (turn + whorl), 0.0, r
+        g = below * (1.0 if c == 2 else (P[i, 27] if c == 0 else P[i, 27] ** whorl))
         if c == 4:  # the round end of the tube
             end = P[i, 22]
             g, across = exp(growth * end), r * cos(phi - end)
             off = sin(phi - end) * r if across > 0.0 else r
-        elif theta < P[i, 21] or theta > P[i, 22]:
-            theta += 2.0 * pi
-            g *= P[i, 27]
+        elif end < P[i, 21] or end > P[i, 22]:
             continue
         u, w = across - big * g, z - rise * g
+        if sqrt(u * u + w * w + off * off) - reach * g > best:
+            continue
         u, w = tilt_c * u + tilt_s * w, tilt_c * w - tilt_s * u
         a = P[i, 19] * g
         lip = max(end - P[i, 22] + 0.9, 0.0) / 0.9
@@ -188,8 +190,6 @@ def spiral_nearest(P: np.ndarray, i: int, x: float, y: float, z: float) -> tuple
         d = k0 * (k0 - 1.0) / k1 if k1 > 1e-9 else -min(a, b)
         if d < best:
             best, best_turn, best_u, best_w = d, end, u, w / P[i, 20]
-        theta += 2.0 * pi
-        g *= P[i, 27]
     return 0.68 * best, best_turn, atan2(best_w, best_u)
 
 

@@ -54,7 +54,7 @@ def _struck() -> FloatArray:
     angle = np.arctan2(v, u)
     beads = np.clip(1 - np.hypot((r - 0.845) / 0.026, np.sin(36 * angle) / 1.05), 0, 1) ** 0.5
     window = baking.Window((0.0, 0.0), 1.0)
-    head = baking.outline_distance(baking.closed_curve(_PROFILE), window)
+    head = baking.outline_distance(baking.closed_curve(_PROFILE), window, 2)
     inside = np.clip(-head / 0.16, 0, 1)
     height = 0.85 * np.sqrt(np.clip(inside * (2 - inside), 0, 1))
     locks = np.sin(24 * np.hypot(u + 0.05, v - 0.10) + 5 * np.sin(3 * angle))
