@@ -20,6 +20,7 @@ from wzviewer.worker.models.builtin.objects.terms import (
 )
 
 GOLDEN_ANGLE = pi * (3.0 - sqrt(5.0))
+GOLDEN_TURN = (3.0 - sqrt(5.0)) / 2.0
 
 
 @njit(**JIT)
@@ -217,18 +218,16 @@ def florets(
     """
     a, b, _ = local(P, i, x, y, z)
     lam = 0.62 * M[m, 9]
-    r = sqrt(a * a + b * b)
-    n0 = int((r / lam) ** 2)
+    r, turned = sqrt(a * a + b * b), atan2(b, a) / (2.0 * pi)
+    n0, spread = int((r / lam) ** 2), int(2.2 * r / lam) + 2
     best, which = 9.0, 0
-    step, before = 1, 0
-    for k in range(-1, 20):
-        n = n0 if k < 0 else n0 + (step if k % 2 == 0 else -step)
-        if k >= 0 and k % 2 == 1:
-            step, before = step + max(before, 1), step
-        if n < 0:
+    for n in range(max(n0 - spread, 0), n0 + spread + 1):
+        off = n * GOLDEN_TURN - turned
+        off -= floor(off + 0.5)
+        if abs(off) * r > 0.3 * M[m, 9] and n > 12:
             continue
-        rad, turn = lam * sqrt(n + 0.5), n * GOLDEN_ANGLE
-        d = (a - rad * cos(turn)) ** 2 + (b - rad * sin(turn)) ** 2
+        rad = lam * sqrt(n + 0.5)
+        d = (r - rad) ** 2 + 4.0 * r * rad * sin(pi * off) ** 2
         if d < best:
             best, which = d, n
     d = sqrt(best) / M[m, 9]

@@ -30,7 +30,7 @@ def cat(rng: np.random.Generator, tint: Tint) -> Body:
         sheen=0.35,
         wavelength=0.0075,
         relief=0.040,
-        free=(5.0, 0.17, stripes, 0.115),
+        free=(9.0, 0.17, stripes, 0.115),
         marks=bib,
     )
     inner = pen.material(

@@ -160,9 +160,9 @@ def acorn(rng: np.random.Generator, tint: Tint) -> Body:
         wrap=0.2,
         coat=0.85,
         coat_rough=0.10,
-        relief=0.03,
+        relief=0.012,
         wavelength=0.035,
-        free=(9.0, 0.55),
+        free=(9.0, 0.30),
     )
     cup = pen.material(
         HIDE,

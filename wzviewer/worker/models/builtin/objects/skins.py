@@ -62,7 +62,7 @@ def fur(
         tone += f * M[m, 18] * weight * n
         weight = 1.0 if octave == 0 else 0.8 * weight
         lam *= 0.40
-        stretch *= 1.45
+        stretch *= 1.6
     gain(out, max(tone, 0.25))
     grain(out, x, y, z, px, 2.0 * lam, 0.01)
 
