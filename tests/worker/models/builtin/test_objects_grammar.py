@@ -47,6 +47,7 @@ parse = ObjectEditor.parse
         ("two daisies", "flower", 2, 0.4),
         ("a kitten made of gold", "cat", 1, 0.4),
         ("a rusty old key", "key", 1, 0.4),
+        ("a beautiful butterfly flying over the meadow", "butterfly", 1, 0.4),
     ],
 )
 def test_understands(prompt, name, count, size):

@@ -137,7 +137,7 @@ def _wing() -> tuple[FloatArray, FloatArray]:
 def ant(rng: np.random.Generator, tint: Tint) -> Body:
     """A wood ant: three parts, a waist, elbowed feelers, long legs."""
     pen = Pen(rng)
-    front = tint.color or linear(126, 44, 20)
+    front = tint.color or linear(158, 58, 26)
     rear = shaded(tint.color, 0.5) if tint.color else linear(48, 26, 20)
     skin = pen.material(
         CHITIN,
@@ -192,7 +192,7 @@ def ant(rng: np.random.Generator, tint: Tint) -> Body:
             ((0.04, 0.12, 0.19), (0.25, 0.10, 0.36), (0.43, 0.06, 0.05), (0.50, 0.06, 0.010)),
             ((0.04, 0.05, 0.19), (0.22, -0.14, 0.37), (0.37, -0.37, 0.05), (0.42, -0.50, 0.010)),
         ):
-            add_leg(pen, side, (root, knee, ankle, foot), (0.028, 0.019, 0.013), skin, hair)
+            add_leg(pen, side, (root, knee, ankle, foot), (0.034, 0.024, 0.017), skin, hair)
     fuzz(pen, (0, -0.315, 0.245), (0.142, 0.185, 0.128), 46, 0.045, hair)
     return pen.body(tilt_deg=(38.0, 58.0), yaw_deg=30.0)
 

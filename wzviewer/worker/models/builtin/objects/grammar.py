@@ -14,6 +14,7 @@ from pathlib import Path
 from wzviewer.errors import PromptError
 from wzviewer.worker.models.builtin.objects.traits import Tint, linear
 from wzviewer.worker.models.builtin.objects.words import (
+    ADJECTIVES,
     AMOUNTS,
     CHANGES,
     COLORS,
@@ -157,7 +158,7 @@ def _weather(prompt: str, words: list[str]) -> list[Change]:
     """Reads a phrase without an object: what happens to the whole picture."""
     amount = next((AMOUNTS[w] for w in words if w in AMOUNTS), USUAL_AMOUNT)
     found = [CHANGES[_corrected(w, CHANGES)] for w in words if _corrected(w, CHANGES) in CHANGES]
-    allowed = {*AMOUNTS, *FILLERS, *JOINTS, *SURFACES, *_ARTICLES, *VERBS, *PREPOSITIONS}
+    allowed = {*AMOUNTS, *FILLERS, *JOINTS, *ADJECTIVES, *SURFACES, *_ARTICLES, *VERBS, *PREPOSITIONS}
     unknown = [w for w in words if w not in allowed and _corrected(w, CHANGES) not in CHANGES]
     if unknown or not found:
         raise _refusal(prompt, [w for w in words if w in KIN] or unknown or words)
@@ -196,7 +197,7 @@ def _phrase(prompt: str, words: list[str]) -> tuple[Request, list[Change]]:
     changes += [w for w in brought if w in CHANGES and w not in SUBSTANCES]
     place = [w for w in place if w not in changes]
     unknown = [w for w in qualities + head[start + length :] if not _known(w) and w not in changes]
-    allowed = {*SURFACES, *WHERE, *_QUALITIES, *_ARTICLES, *VERBS}
+    allowed = {*SURFACES, *WHERE, *_QUALITIES, *_ARTICLES, *VERBS, *ADJECTIVES}
     unknown += [w for w in place if w not in allowed and _object_at([w], 0) is None]
     if unknown:
         raise _refusal(prompt, unknown)
@@ -264,7 +265,12 @@ def _forms(name: str) -> list[tuple[str, bool]]:
 
 
 def _known(word: str) -> bool:
-    return _corrected(word) in {**COUNTS, **_QUALITIES} or word in VERBS or word in _ARTICLES
+    return (
+        _corrected(word) in {**COUNTS, **_QUALITIES}
+        or word in VERBS
+        or word in ADJECTIVES
+        or word in _ARTICLES
+    )
 
 
 def _corrected(word: str, table: dict[str, str] | None = None) -> str:

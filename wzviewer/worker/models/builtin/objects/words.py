@@ -58,8 +58,6 @@ PLURALS = {
     "pennies": "penny",
 }
 """Plurals that no rule makes."""
-GROUP = frozenset({"fish", "goldfish", "clownfish", "trout", "salmon", "koi", "carp", "starfish", "perch"})
-"""Nouns whose plural looks the same."""
 
 _RELATIVES: dict[str, str] = {
     "cat": "dog puppy fox rabbit mouse squirrel tiger lion bear horse cow sheep animal pet",
@@ -189,6 +187,12 @@ AMOUNTS = {
     ),
 }
 USUAL_AMOUNT = 0.75
+ADJECTIVES = frozenset(
+    """beautiful cute pretty lovely nice old young new fresh wild real realistic bright dark pale ripe fine
+    happy sleepy curious fat thin long short round live living colorful colourful detailed single another
+    more glossy fluffy furry hairy""".split()
+)
+"""Words that change nothing and do no harm."""
 JOINTS = frozenset(
     "covered coated overgrown made carved cast built dusted sprinkled dripping wet clad sculpted".split()
 )
@@ -228,6 +232,9 @@ VERBS = {
     "is",
     "with",
     "of",
+    *"""flying flies swimming swims sleeping eating drinking climbing climbs blooming growing grows hovering
+    hovers running jumping hiding floating floats basking lies lays sits standing stands leaning feeding
+    gathering crawls walks that which its""".split(),
 }
 WHERE = {
     "left": (-0.24, 0.0),
