@@ -119,6 +119,24 @@ def harmonised(body: FloatArray, alpha: FloatArray, image: FloatArray) -> FloatA
     return np.clip(low + body * (high - low) + 0.02 * chroma * (1 - body), 0, 1).astype(np.float32)
 
 
+def reflected(
+    parent: FloatArray, image: FloatArray, layer: Layer, finish: Finish
+) -> tuple[FloatArray, FloatArray]:
+    """Returns (picture, alpha) with a clear body at a deeper level: what is seen through it is known already.
+
+    Args:
+        parent: (h, w, 3) sRGB, the parent's picture enlarged: its background is bent already.
+        image: (h, w, 3) sRGB around the body.
+        layer: the body; of its reflections only the finer ones are new.
+        finish: sharpness to match.
+    """
+    color, alpha = soften(layer.color, layer.alpha, finish.blur_px)
+    fine = color - cv2.GaussianBlur(color, (0, 0), 6.0) * (alpha[..., None] > 0)
+    body = np.clip(linear_from_srgb(parent) + fine, 0, 1) * alpha[..., None]
+    mixed = body + linear_from_srgb(image) * (1 - alpha[..., None])
+    return np.where(alpha[..., None] > 0, srgb_from_linear(mixed), image).astype(np.float32), alpha
+
+
 def grain(shape: tuple[int, int], sigma: float, seed: int) -> FloatArray:
     """Returns (h, w) noise as soft as a camera's."""
     noise = np.random.default_rng(seed).standard_normal(shape, np.float32)

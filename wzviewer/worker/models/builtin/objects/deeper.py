@@ -42,9 +42,7 @@ def march_again(
     finish = composite.Finish(0.40, 0.5 * composite.Finish.of(result.image).grain)
     none = np.ones((h, w), np.float32)
     if body.refractive:
-        picture, alpha = composite.refract(
-            clean, layer, none, placed.light, finish, setting.to_light, body.clear
-        )
+        picture, alpha = composite.reflected(result.image, clean, layer, finish)
     else:
         picture, alpha = composite.composite(clean, layer, none, placed.light, finish, seed)
     picture = _toward_parent(picture, result.image, alpha, parent_factor)
