@@ -64,6 +64,12 @@ def test_two_objects_keep_their_own_words():
     assert second.offset[0] < 0
 
 
+def test_with_joins_two_objects():
+    names = [request.name for request in parse("a small sparrow with a golden key").objects]
+    assert names == ["sparrow", "key"]
+    assert parse("a stone covered with moss").objects[0].tint.substance == "moss"
+
+
 def test_colour_words_joined_by_and_belong_to_one_object():
     (request,) = parse("a red and black ladybug").objects
     assert request.tint.color == linear(*COLORS["red"])

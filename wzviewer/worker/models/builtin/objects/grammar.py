@@ -129,8 +129,11 @@ def _phrases(words: list[str]) -> list[list[str]]:
     """Splits at "and" and commas; what says nothing by itself belongs to the phrase that follows."""
     phrases: list[list[str]] = []
     current: list[str] = []
-    for word in [*words, "and"]:
-        if word not in _SEPARATORS:
+    for k, word in enumerate([*words, "and"]):
+        joins = word in _SEPARATORS or (
+            word == "with" and _has_object(current) and _has_object(words[k + 1 :])
+        )
+        if not joins:
             current.append(word)
         elif _has_object(current) or (_has_change(current) and current[0] not in _COUNTED):
             phrases.append(current)

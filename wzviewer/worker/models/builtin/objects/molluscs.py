@@ -56,10 +56,10 @@ def snail(rng: np.random.Generator, tint: Tint) -> Body:
     size = 0.215
     group = pen.group()
     pen.spiral(
-        size, 0.088, 0.10, 0.165, (-24.0, -0.9), house, centre=(-0.06, -0.09, 0.335), axes=axes, flat=1.05,
+        size, 0.088, 0.09, 0.165, (-24.0, -0.9), house, centre=(-0.06, -0.09, 0.335), axes=axes, flat=1.05,
         slant=0.2, group=group, blend=0.012,
     )  # fmt: skip
-    pen.ellipsoid((0.0, -0.09, 0.335), (0.042, 0.040, 0.040), house, group=group, blend=0.012)  # the pole
+    pen.ellipsoid((-0.030, -0.09, 0.335), (0.050, 0.030, 0.030), house, group=group, blend=0.012)  # the pole
     _slug(pen, skin, float(rng.uniform(-0.06, 0.06)))
     return pen.body(tilt_deg=(70.0, 82.0), yaw_deg=-12.0)
 
