@@ -106,19 +106,27 @@ def _toward_parent(picture: FloatArray, base: FloatArray, alpha: FloatArray, fac
     inside = cv2.erode((alpha > 0.98).astype(np.float32), k, borderValue=1)
     outside = cv2.erode((alpha < 0.02).astype(np.float32), k, borderValue=1)
     off = np.abs(base - picture)[inside > 0.5]
-    # Where weather has changed the whole body, the parent's picture is right and the light here is not.
-    trust = max(1.0, 3.0 * float(np.median(off)) / _BAND_LIMITS[0]) if len(off) else 1.0
+    # Where weather has changed the body, the parent's picture is right and what is marched here is not.
+    trust = max(1.0, 2.0 * float(np.percentile(off, 90)) / _BAND_LIMITS[0]) if len(off) else 1.0
     for limit in _BAND_LIMITS:
-        low = _pulled(base - picture, inside, alpha, size, limit * trust)
-        low += _pulled(base - picture, outside, 1 - alpha, size, limit)
+        low = _pulled(base - picture, inside, alpha, size, limit * trust, trust > 1)
+        low += _pulled(base - picture, outside, 1 - alpha, size, limit, False)
         picture = np.clip(picture + low, 0, 1).astype(np.float32)
     return picture
 
 
 def _pulled(
-    off: FloatArray, weight: FloatArray, share: FloatArray, size: tuple[int, int], limit: float
+    off: FloatArray, weight: FloatArray, share: FloatArray, size: tuple[int, int], limit: float, spreads: bool
 ) -> FloatArray:
-    """Returns the low band of a difference where `weight` counts it, limited, applied by `share`."""
+    """Returns the low band of a difference where `weight` counts it, limited, applied by `share`.
+
+    If it spreads, what does not count (the rim) is pulled like what lies beside it.
+    """
     low = cv2.resize(off * weight[..., None], size, interpolation=cv2.INTER_AREA)
+    if spreads:
+        counted = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
+        near = cv2.GaussianBlur(low, (0, 0), 1.5)
+        near /= np.maximum(cv2.GaussianBlur(counted, (0, 0), 1.5), 1e-2)[..., None]
+        low += (1 - counted)[..., None] * near
     step = cv2.resize(np.clip(low, -limit, limit), weight.shape[::-1], interpolation=cv2.INTER_CUBIC)
     return np.asarray(step * share[..., None], np.float32)
