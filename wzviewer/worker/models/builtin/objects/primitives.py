@@ -164,9 +164,11 @@ def spiral_nearest(P: np.ndarray, i: int, x: float, y: float, z: float) -> tuple
     reach = P[i, 19] * max(P[i, 20], 1.0) * (1.0 + P[i, 23]) * (1.0 + P[i, 26])
     best, best_turn, best_u, best_w = FAR, 0.0, 1.0, 0.0
     for c in range(5):
-        whorl = (1.0, 2.0, 0.0, 3.0, 0.0)[c]  # the likeliest first: most of the others are too far
+        # The likeliest whorl first: most of the others are then too far to be looked at.
+        whorl = 1.0 if c == 0 else (2.0 if c == 1 else (0.0 if c == 2 else 3.0))
         end, off, across = phi + 2.0 * pi * (turn + whorl), 0.0, r
-        g = below * (1.0 if c == 2 else (P[i, 27] if c == 0 else P[i, 27] ** whorl))
+        once = P[i, 27]
+        g = below * (once if c == 0 else (once * once if c == 1 else (1.0 if c == 2 else once * once * once)))
         if c == 4:  # the round end of the tube
             end = P[i, 22]
             g, across = exp(growth * end), r * cos(phi - end)
