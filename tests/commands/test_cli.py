@@ -195,3 +195,11 @@ def test_a_script_says_the_same_as_the_command_line(tmp_path, photo):
     by_words = plan_of(parser.parse_args([*words, "--seed", "3"]))
     assert by_words.zooms[0] == by_script.zooms[0]
     assert by_words.seed == 3
+
+
+def test_models_list_says_what_can_be_asked_for_and_what_a_model_would_add(capsys):
+    status, streams = run(capsys, "models", "list")
+    assert status == 0
+    for word in ("ladybug", "conch shell", "turquoise", "moss", "snow", "A downloaded model would add"):
+        assert word in streams.out
+    assert max(len(line) for line in streams.out.splitlines()) <= 100

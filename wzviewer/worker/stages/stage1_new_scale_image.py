@@ -215,7 +215,7 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     support = Support(draft.relief, camera.focal_px, *ray)
     for level in draft.path:
         draft = _redrawn(draft, level, models, support, seed, check)
-    if not edit.objects:
+    if not edit:
         return draft
     result = models.editor.apply(edit, draft.image, support, seed, check=check)
     placements = [placement.to_dict() for placement in result.placements]

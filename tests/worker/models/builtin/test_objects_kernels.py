@@ -17,7 +17,10 @@ def digest(*names):
 
 @pytest.mark.parametrize(
     ("module", "compiled_in"),
-    [(march, ("noise", "primitives")), (patterns, ("noise", "primitives", "terms", "chitin"))],
+    [
+        (march, ("noise", "primitives")),
+        (patterns, ("noise", "primitives", "terms", "chitin", "skins", "botany", "minerals")),
+    ],
 )
 def test_entry_files_carry_the_digest_of_what_they_compile(module, compiled_in):
     """After an edit of those files put the new value into KERNELS, else stale machine code is loaded."""

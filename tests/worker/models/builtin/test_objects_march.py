@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from wzviewer.worker.models.builtin.objects import bodies, grammar, patterns, primitives
+from wzviewer.worker.models.builtin.objects import bodies, patterns, primitives
+from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
 from wzviewer.worker.models.builtin.objects.render import Pose, Scene, render_mask
 
 distance = njit(lambda P, i, x, y, z, T: primitives.primitive_distance(P, i, x, y, z, T))
@@ -72,7 +73,7 @@ def test_tubes_cones_boxes_and_cylinders_against_closed_forms(points):
 
 def test_field_is_the_plain_minimum_over_groups(points):
     """Skipping by bounding spheres changes nothing: the twin evaluates everything."""
-    body = grammar.BUILDERS["lego brick"](np.random.default_rng(1), bodies.Tint())
+    body = BUILDERS["lego brick"](np.random.default_rng(1), bodies.Tint())
     P = body.primitives.copy()
     P[:, 2] = 0.0  # without blends the field is a minimum
     ids = np.arange(len(P))
@@ -116,10 +117,10 @@ def test_hairs_thinner_than_a_pixel_become_coverage():
     assert scene.opacity[0] == pytest.approx(0.08)
 
 
-@pytest.mark.parametrize("name", sorted(grammar.BUILDERS))
+@pytest.mark.parametrize("name", sorted(BUILDERS))
 def test_every_body_stands_on_its_ground(name):
     """Nothing is below the support, and the lowest point is on it; bounding spheres hold the surface."""
-    body = grammar.BUILDERS[name](np.random.default_rng(2), bodies.Tint())
+    body = BUILDERS[name](np.random.default_rng(2), bodies.Tint())
     below = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])  # seen from under the ground
     mask, relief = render_mask(Scene(body, Pose(below, 60.0, (60.0, 60.0, 0.0)), 120, 120))
     lowest = np.nanmin(relief) / 60

@@ -2,24 +2,29 @@
 
 ::
 
-    "a small red ladybug on the petal"
-        │  grammar     words -> Edit (what, how many, how large, which colour, where)
+    "a small red ladybug on the petal, wet with dew"
+        │  grammar     words -> Edit (what, how many, how large, which colour, where; what weather)
+        │   └ words    every word there is                   nouns     who builds which object
         ▼
-    bodies ── insects, butterflies, things     an object = flat arrays of primitives and materials
-        │        └ baking                      outlines and veins -> 2-D distance textures
+    bodies ── insects, crawlers, butterflies, birds, fishes, lizards, cats, molluscs,
+        │  │      flowers, leaves, fungi, treasures, things   an object = flat arrays
+        │  └ traits, sheets, baking            colours; outlines and veins -> 2-D distance textures
+        │    substances                        the same body in gold, wood, stone, glass, moss
         ▼
     placement    relief of the support -> pose (tilt, heading, size), contact
         ▼
-    render ── march        ONE compiled interpreter of the arrays: rays -> hits; occlusion, shadows
+    render ── thin         hairs widened to a pixel, balls that hold thin parts
+      ├────── march        ONE compiled interpreter of the arrays: rays -> hits; occlusion, shadows
       │         └ primitives   the distance functions
       └────── patterns     materials: colour and relief that grow finer as the pixel shrinks
-                └ chitin, terms, noise
+                └ chitin, skins, botany, minerals, terms, noise
         ▼
     shading      linear light: key, sky, bounce, coat     lighting   light read from the photograph
         ▼
     composite    shadow on the real support, sharpness and grain of the background
         ▼
-    inserting    all of it for one object     cutout   an image file goes in by the same door
+    inserting    all of it for one object     weather, dew   what covers the whole picture
+        │                                     cutout   an image file goes in by the same door
     deeper       the same object again at a deeper level
     placed       what is kept of it
 

@@ -9,7 +9,7 @@ from scipy.interpolate import splev, splprep
 from wzviewer.core.types import DoubleArray, FloatArray
 
 SIZE = 384  # texels a side: a wing of half a body length has texels of .0015
-_FINE = 4  # masks are drawn finer, so that distances are exact to an eighth of a texel
+_FINE = 4  # masks are drawn finer, so that distances are exact to an eighth of a texel; 2 costs a quarter
 
 Points = list[tuple[float, float]]
 
@@ -40,20 +40,20 @@ def open_curve(points: Points, samples: int = 60) -> DoubleArray:
     return np.stack(splev(np.linspace(0, 1, samples), spline), 1)
 
 
-def outline_distance(curve: DoubleArray, window: Window) -> FloatArray:
+def outline_distance(curve: DoubleArray, window: Window, fine: int = _FINE) -> FloatArray:
     """Returns (SIZE, SIZE) signed distances to a closed curve, negative inside, texture units."""
-    mask = np.zeros((SIZE * _FINE, SIZE * _FINE), np.uint8)
-    cv2.fillPoly(mask, [_pixels(curve, window)], 255, shift=8)
+    mask = np.zeros((SIZE * fine, SIZE * fine), np.uint8)
+    cv2.fillPoly(mask, [_pixels(curve, window, fine)], 255, shift=8)
     inner = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     outer = cv2.distanceTransform(255 - mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return _texels(outer - inner)
+    return _texels(outer - inner, fine)
 
 
-def line_distance(curves: list[DoubleArray], window: Window) -> FloatArray:
+def line_distance(curves: list[DoubleArray], window: Window, fine: int = _FINE) -> FloatArray:
     """Returns (SIZE, SIZE) distances to the nearest of several open curves, texture units."""
-    mask = np.full((SIZE * _FINE, SIZE * _FINE), 255, np.uint8)
-    cv2.polylines(mask, [_pixels(c, window) for c in curves], False, 0, 1, cv2.LINE_8, 8)
-    return _texels(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    mask = np.full((SIZE * fine, SIZE * fine), 255, np.uint8)
+    cv2.polylines(mask, [_pixels(c, window, fine) for c in curves], False, 0, 1, cv2.LINE_8, 8)
+    return _texels(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), fine)
 
 
 def dot_distance(centres: DoubleArray, radii: DoubleArray) -> FloatArray:
@@ -83,12 +83,12 @@ def inset_points(distance: FloatArray, depth: float, spacing: float) -> DoubleAr
     return np.stack([np.interp(at, along, ring[:, 0]), np.interp(at, along, ring[:, 1])], 1)
 
 
-def _pixels(curve: DoubleArray, window: Window) -> np.ndarray:
-    pixels = (window.uv(curve) * 0.5 + 0.5) * SIZE * _FINE - 0.5
+def _pixels(curve: DoubleArray, window: Window, fine: int) -> np.ndarray:
+    pixels = (window.uv(curve) * 0.5 + 0.5) * SIZE * fine - 0.5
     return np.round(pixels * 256).astype(np.int32)
 
 
-def _texels(distance_px: np.ndarray) -> FloatArray:
-    smooth = cv2.GaussianBlur(distance_px, (0, 0), 0.6 * _FINE)
+def _texels(distance_px: np.ndarray, fine: int) -> FloatArray:
+    smooth = cv2.GaussianBlur(distance_px, (0, 0), 0.6 * fine)
     texels = cv2.resize(smooth, (SIZE, SIZE), interpolation=cv2.INTER_AREA)
-    return (texels * (2.0 / (SIZE * _FINE))).astype(np.float32)
+    return (texels * (2.0 / (SIZE * fine))).astype(np.float32)

@@ -1,12 +1,14 @@
 """Bodies: what a builder makes (flat arrays) and the small pen it draws with."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from wzviewer.core.types import DoubleArray, FloatArray
-from wzviewer.worker.models.builtin.objects.patterns import MATERIAL
+from wzviewer.worker.models.builtin.objects import baking
+from wzviewer.worker.models.builtin.objects.patterns import MATERIAL, SHEET
 from wzviewer.worker.models.builtin.objects.primitives import (
     BEZIER,
     BOX,
@@ -15,10 +17,24 @@ from wzviewer.worker.models.builtin.objects.primitives import (
     CYLINDER,
     DOME,
     ELLIPSOID,
+    LOFT,
+    PRISM,
     ROW,
+    SPIRAL,
+    TORUS,
+)
+from wzviewer.worker.models.builtin.objects.terms import MARK, MARKS
+from wzviewer.worker.models.builtin.objects.traits import (
+    Mark,
+    Tint,
+    Vector,
+    axes_along,
+    linear,
+    shaded,
+    vector,
 )
 
-Vector = tuple[float, float, float]
+__all__ = ["Body", "Builder", "Mark", "Pen", "Tint", "Vector", "axes_along", "linear", "shaded", "vector"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +43,13 @@ class Body:
 
     Attributes:
         primitives: (n, 36) float64, see `primitives`.
-        materials: (m, 24) float64, see `patterns`.
+        materials: (m, 128) float64, see `patterns`.
         outlines: (k, s, s) float32 signed distances on [-1, 1]^2.
         cards: (k, c, s, s) float32 further distances of cards.
         tilt_deg: smallest and largest angle between the view and the support's normal.
         yaw_deg: heading in the image, counted from right towards the back.
         refractive: True for clear bodies, composited by bending the background.
+        clear: (r, g, b) share of light that a clear body lets through.
     """
 
     primitives: DoubleArray
@@ -42,6 +59,7 @@ class Body:
     tilt_deg: tuple[float, float] = (28.0, 55.0)
     yaw_deg: float = 35.0
     refractive: bool = False
+    clear: Vector = (1.0, 1.0, 1.0)
 
 
 @dataclass
@@ -77,6 +95,8 @@ class Pen:
         coat_rough: float = 0.05,
         relief: float = 0.0,
         free: tuple[float, ...] = (),
+        sheet: bool = False,
+        marks: tuple[Mark, ...] = (),
     ) -> int:
         """Adds a material (columns in `patterns`); returns its index."""
         row = np.zeros(MATERIAL)
@@ -96,6 +116,9 @@ class Pen:
             relief,
         ]
         row[17 : 17 + len(free)] = free
+        row[SHEET] = float(sheet)
+        for k, mark in enumerate(marks):
+            row[MARKS + k * MARK : MARKS + (k + 1) * MARK] = [1.0, *mark.row()]
         self.materials.append(row)
         return len(self.materials) - 1
 
@@ -124,9 +147,10 @@ class Pen:
         edge: float = 0.02,
         group: int | None = None,
         blend: float = 0.0,
+        axes: DoubleArray | None = None,
     ) -> None:
         """Adds the part of an ellipsoid above local z = cut, its edge rounded."""
-        row = self._row(DOME, centre, material, group, blend, None)
+        row = self._row(DOME, centre, material, group, blend, axes)
         row[16:21] = [*radii, cut, edge]
         self._bound(row, np.asarray(centre), max(radii))
 
@@ -157,9 +181,10 @@ class Pen:
         *,
         group: int | None = None,
         blend: float = 0.0,
+        axes: DoubleArray | None = None,
     ) -> None:
         """Adds a box with rounded edges."""
-        row = self._row(BOX, centre, material, group, blend, None)
+        row = self._row(BOX, centre, material, group, blend, axes)
         row[16:20] = [*half, rounding]
         self._bound(row, np.asarray(centre), float(np.linalg.norm(half)))
 
@@ -173,9 +198,12 @@ class Pen:
         *,
         group: int | None = None,
         blend: float = 0.0,
+        axes: DoubleArray | None = None,
+        texture: int = 0,
     ) -> None:
-        """Adds an upright capped cylinder."""
-        row = self._row(CYLINDER, centre, material, group, blend, None)
+        """Adds a capped cylinder along local z; `texture` may hold a struck relief."""
+        row = self._row(CYLINDER, centre, material, group, blend, axes)
+        row[28] = texture
         row[16:19] = [radius, half, rounding]
         self._bound(row, np.asarray(centre), float(np.hypot(radius, half)))
 
@@ -224,18 +252,115 @@ class Pen:
         lift = size * size * (abs(bend[0]) + abs(bend[1]) + abs(bend[2])) + size * abs(bend[3])
         self._bound(row, middle, float(np.hypot(size * reach, 0.6 * lift)) + thickness)
 
-    def texture(self, outline: FloatArray, channels: FloatArray) -> int:
+    def loft(
+        self,
+        stations: Sequence[tuple[float, float, float, float, float]],
+        material: int,
+        *,
+        centre: Vector = (0.0, 0.0, 0.0),
+        axes: DoubleArray | None = None,
+        sway: Callable[[DoubleArray], DoubleArray] | None = None,
+        group: int | None = None,
+        blend: float = 0.0,
+    ) -> None:
+        """Adds a body along local y through stations (y, cz, half width, height above, height below).
+
+        `sway` gives the sections' cx at y; stations are joined by monotone cubics.
+        """
+        table = np.asarray(sorted(stations), np.float64)
+        y = np.linspace(table[0, 0], table[-1, 0], baking.SIZE)
+        curves = [PchipInterpolator(table[:, 0], table[:, k])(y) for k in (1, 2, 3, 4)]
+        sheet = np.zeros((baking.SIZE, baking.SIZE), np.float32)
+        sheet[:5] = np.stack([sway(y) if sway else 0 * y, *curves])
+        row = self._row(LOFT, centre, material, group, blend, axes)
+        row[16:18], row[28] = (y[0], y[-1]), self.texture(sheet, None)
+        row[34] = 2.0 * (y[-1] - y[0]) / baking.SIZE
+        low = np.array([(sheet[0] - sheet[2]).min(), y[0], (sheet[1] - sheet[4]).min()])
+        high = np.array([(sheet[0] + sheet[2]).max(), y[-1], (sheet[1] + sheet[3]).max()])
+        turned = (np.eye(3) if axes is None else axes).T @ ((low + high) / 2)
+        self._bound(row, np.asarray(centre) + turned, float(np.linalg.norm(high - low)) / 2)
+
+    def spiral(
+        self,
+        radius: float,
+        growth: float,
+        rise: float,
+        tube: float,
+        turns: tuple[float, float],
+        material: int,
+        *,
+        centre: Vector = (0.0, 0.0, 0.0),
+        axes: DoubleArray | None = None,
+        flat: float = 1.0,
+        knobs: tuple[float, float] = (0.0, 0.0),
+        slant: float = 0.0,
+        flare: float = 0.0,
+        cut: bool = False,
+        group: int | None = None,
+        blend: float = 0.0,
+    ) -> None:
+        """Adds a tube on a logarithmic spiral, turn angles from `turns`; `cut` takes it away instead."""
+        row = self._row(SPIRAL, centre, material, group, blend, axes)
+        row[1] = float(cut)
+        once = float(np.exp(2 * np.pi * growth))
+        row[16:28] = [radius, growth, rise, tube, flat, *turns, *knobs, slant, flare, once]
+        g = float(np.exp(growth * turns[1]))
+        reach = tube * max(flat, 1.0) * g * (1 + knobs[0]) * (1 + max(flare, 0.0))
+        middle = np.array([0.0, 0.0, 0.5 * rise * g])
+        turned = (np.eye(3) if axes is None else axes).T @ middle
+        size = float(np.hypot(radius * g, 0.5 * abs(rise) * g)) + reach
+        self._bound(row, np.asarray(centre) + turned, size)
+
+    def prism(
+        self,
+        foot: Vector,
+        axes: DoubleArray,
+        radius: float,
+        length: float,
+        tip: float,
+        material: int,
+        *,
+        group: int | None = None,
+        blend: float = 0.0,
+    ) -> None:
+        """Adds a six-sided crystal from its foot along local z, `tip` of it pointed."""
+        half = (length - tip) / 2
+        centre = np.asarray(foot) + half * axes[2]
+        row = self._row(PRISM, vector(centre), material, group, blend, axes)
+        row[16:19] = [radius, half, tip]
+        self._bound(row, centre + 0.5 * tip * axes[2], float(np.hypot(1.16 * radius, length / 2)))
+
+    def torus(
+        self,
+        centre: Vector,
+        radius: float,
+        tube: float,
+        material: int,
+        *,
+        axes: DoubleArray | None = None,
+        group: int | None = None,
+        blend: float = 0.0,
+    ) -> None:
+        """Adds a ring around local z."""
+        row = self._row(TORUS, centre, material, group, blend, axes)
+        row[16:18] = [radius, tube]
+        self._bound(row, np.asarray(centre), radius + tube)
+
+    def texture(self, outline: FloatArray, channels: FloatArray | None = None) -> int:
         """Adds a baked outline (s, s) and its channels (c, s, s); returns its index."""
         self.outlines.append(outline)
-        self.cards.append(channels)
+        blank = np.zeros((3, 1, 1), np.float32)
+        self.cards.append(blank if channels is None else channels)
         return len(self.outlines) - 1
 
-    def body(self, **looks: object) -> Body:
-        """Returns what was drawn."""
+    def body(self, *, lift: float = 0.0, **looks: object) -> Body:
+        """Returns what was drawn, raised by `lift` (painted marks are not)."""
         rows = np.asarray(self.rows)
+        rows[:, [6, 32]] += lift
+        rows[np.ix_(rows[:, 0] == BEZIER, (18, 21, 24))] += lift
         rows = np.ascontiguousarray(rows[np.argsort(rows[:, 29], kind="stable")])
         outlines = np.stack(self.outlines) if self.outlines else np.ones((1, 4, 4), np.float32)
-        cards = np.stack(self.cards) if self.cards else np.ones((1, 3, 4, 4), np.float32)
+        cards = _stacked(self.cards)
         return Body(rows, np.asarray(self.materials), outlines, cards, **looks)  # type: ignore[arg-type]
 
     def _row(
@@ -259,34 +384,11 @@ class Pen:
         self.rows.append(row)
 
 
-Builder = Callable[[np.random.Generator, "Tint"], Body]
+Builder = Callable[[np.random.Generator, Tint], Body]
 
 
-@dataclass(frozen=True)
-class Tint:
-    """What a prompt's adjectives ask for: a linear colour, a pattern word, a substance word."""
-
-    color: Vector | None = None
-    pattern: str = ""
-    substance: str = ""
-
-
-def axes_along(direction: DoubleArray) -> DoubleArray:
-    """Returns (3, 3) rows: an orthonormal frame whose z is along `direction`."""
-    z = direction / max(float(np.linalg.norm(direction)), 1e-12)
-    helper = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    x = np.cross(helper, z)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z])
-
-
-def linear(red: int, green: int, blue: int) -> Vector:
-    """Returns the linear albedo of an sRGB colour 0..255."""
-    values = [c / 255 for c in (red, green, blue)]
-    r, g, b = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in values)
-    return r, g, b
-
-
-def shaded(color: Vector, gain: float) -> Vector:
-    """Returns a colour made lighter or darker."""
-    return min(color[0] * gain, 1.0), min(color[1] * gain, 1.0), min(color[2] * gain, 1.0)
+def _stacked(cards: list[FloatArray]) -> FloatArray:
+    """Returns (k, c, s, s); cards without channels take no memory of their own unless others have some."""
+    size = max((c.shape[-1] for c in cards), default=4)
+    full = [np.broadcast_to(c, (3, size, size)) if c.shape[-1] == 1 else c for c in cards]
+    return np.stack(full) if full else np.ones((1, 3, 4, 4), np.float32)

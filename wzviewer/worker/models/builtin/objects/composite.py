@@ -119,6 +119,24 @@ def harmonised(body: FloatArray, alpha: FloatArray, image: FloatArray) -> FloatA
     return np.clip(low + body * (high - low) + 0.02 * chroma * (1 - body), 0, 1).astype(np.float32)
 
 
+def reflected(
+    parent: FloatArray, image: FloatArray, layer: Layer, finish: Finish
+) -> tuple[FloatArray, FloatArray]:
+    """Returns (picture, alpha) with a clear body at a deeper level: what is seen through it is known already.
+
+    Args:
+        parent: (h, w, 3) sRGB, the parent's picture enlarged: its background is bent already.
+        image: (h, w, 3) sRGB around the body.
+        layer: the body; of its reflections only the finer ones are new.
+        finish: sharpness to match.
+    """
+    color, alpha = soften(layer.color, layer.alpha, finish.blur_px)
+    fine = color - cv2.GaussianBlur(color, (0, 0), 6.0) * (alpha[..., None] > 0)
+    body = np.clip(linear_from_srgb(parent) + fine, 0, 1) * alpha[..., None]
+    mixed = body + linear_from_srgb(image) * (1 - alpha[..., None])
+    return np.where(alpha[..., None] > 0, srgb_from_linear(mixed), image).astype(np.float32), alpha
+
+
 def grain(shape: tuple[int, int], sigma: float, seed: int) -> FloatArray:
     """Returns (h, w) noise as soft as a camera's."""
     noise = np.random.default_rng(seed).standard_normal(shape, np.float32)
@@ -126,7 +144,13 @@ def grain(shape: tuple[int, int], sigma: float, seed: int) -> FloatArray:
 
 
 def refract(
-    image: FloatArray, layer: Layer, gain: FloatArray, light: Light, finish: Finish, to_light: DoubleArray
+    image: FloatArray,
+    layer: Layer,
+    gain: FloatArray,
+    light: Light,
+    finish: Finish,
+    to_light: DoubleArray,
+    tint: tuple[float, float, float] = (1.0, 1.0, 1.0),
 ) -> tuple[FloatArray, FloatArray]:
     """Returns (picture, alpha) with a clear body: the background bent, light gathered opposite the key.
 
@@ -137,6 +161,7 @@ def refract(
         light: the picture's light.
         finish: sharpness to match.
         to_light: (3,) key direction, camera axes.
+        tint: (3,) share of light that the body lets through.
     """
     h, w = image.shape[:2]
     ground = shadowed(image, 1 - 0.8 * (1 - gain), light)
@@ -157,7 +182,10 @@ def refract(
     side = normal[..., :2] @ across.astype(np.float32)
     rim = 1 - 0.75 * (1 - facing) ** 3
     gathered = 1 + 2.2 * np.clip(-side, 0, 1) ** 1.6 * facing**0.3 - 0.55 * np.clip(side, 0, 1)
-    clear = seen * (rim * gathered)[..., None] + layer.color / np.maximum(layer.alpha, 1e-3)[..., None]
+    clear = (
+        seen * np.asarray(tint, np.float32) * (rim * gathered)[..., None]
+        + layer.color / np.maximum(layer.alpha, 1e-3)[..., None]
+    )
     color, alpha = soften(clear * layer.alpha[..., None], layer.alpha, finish.blur_px)
     mixed = color + linear_from_srgb(ground) * (1 - alpha[..., None])
     return np.where(alpha[..., None] > 0, srgb_from_linear(mixed), ground).astype(np.float32), alpha

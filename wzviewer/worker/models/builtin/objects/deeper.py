@@ -3,14 +3,14 @@
 import cv2
 import numpy as np
 
-from wzviewer.core.types import FloatArray
+from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.objects import composite
-from wzviewer.worker.models.builtin.objects.inserting import Check, body_of, plane_image, setting_of
+from wzviewer.worker.models.builtin.objects.inserting import Check, body_of, plane_image, setting_of, without
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged
-from wzviewer.worker.models.builtin.objects.placement import Plane, Support
+from wzviewer.worker.models.builtin.objects.placement import Plane, Support, hidden_by
 from wzviewer.worker.models.builtin.objects.render import Scene, render
 
-_BAND_LIMIT = 12 / 255  # how far a deeper level may be pulled back to its parent's picture
+_BAND_LIMITS = (40 / 255, 20 / 255, 10 / 255)  # how far each step may pull back to the parent's picture
 
 
 def march_again(
@@ -34,24 +34,39 @@ def march_again(
     mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
     if mask.mean() < 2e-4:
         return None
+    relief = _registered(placed, mapping, layer.relief, geometry, mask)
+    hidden = hidden_by(geometry.relief, relief, mask, pose.size_px)
+    if hidden.any():
+        layer, mask = without(layer, hidden), mask & ~hidden
     clean = _without_halo(result.image, layer.alpha, 2.6 * parent_factor)
     finish = composite.Finish(0.40, 0.5 * composite.Finish.of(result.image).grain)
     none = np.ones((h, w), np.float32)
     if body.refractive:
-        picture, alpha = composite.refract(clean, layer, none, placed.light, finish, setting.to_light)
+        picture, alpha = composite.reflected(result.image, clean, layer, finish)
     else:
         picture, alpha = composite.composite(clean, layer, none, placed.light, finish, seed)
     picture = _toward_parent(picture, result.image, alpha, parent_factor)
+    relief = np.where(mask, relief, np.nan).astype(np.float32)
+    return merged(result, picture, relief, mask, alpha, none, placed)
+
+
+def _registered(
+    placed: Placement,
+    mapping: tuple[float, float, float],
+    marched: FloatArray,
+    geometry: Support,
+    mask: BoolArray,
+) -> FloatArray:
+    """Returns the marched relief sheared as at the ancestor, at the depth where the ancestor shows it."""
     x0, y0, factor = mapping
     lift = placed.lift
     child = Plane(
         (lift.x0 - x0) * factor, (lift.y0 - y0) * factor, lift.at * factor, lift.slope_x, lift.slope_y
     )
-    relief = layer.relief + plane_image(child, (h, w))
+    relief = marched + plane_image(child, (marched.shape[0], marched.shape[1]))
     known = mask & np.isfinite(geometry.relief)
     offset = float(np.median(geometry.relief[known] - relief[known])) if known.any() else 0.0
-    relief = np.where(mask, relief + np.float32(offset), np.nan).astype(np.float32)
-    return merged(result, picture, relief, mask, alpha, none, placed)
+    return np.asarray(relief + np.float32(offset), np.float32)
 
 
 def _without_halo(image: FloatArray, alpha: FloatArray, reach_px: float) -> FloatArray:
@@ -86,11 +101,32 @@ def _toward_parent(picture: FloatArray, base: FloatArray, alpha: FloatArray, fac
     """Adds up(parent - down(child)), limited: shrunk, the finer picture stays the one that was there."""
     h, w = alpha.shape
     size = (max(round(w / factor), 1), max(round(h / factor), 1))
-    # Only what lies well inside the body counts: around its outline the coarser picture is a mixture.
-    k = int(1.5 * factor) | 1
-    weight = cv2.erode((alpha > 0.98).astype(np.float32), np.ones((k, k), np.uint8), borderValue=1)
-    for limit in (_BAND_LIMIT, 0.5 * _BAND_LIMIT):
-        low = cv2.resize((base - picture) * weight[..., None], size, interpolation=cv2.INTER_AREA)
-        step = cv2.resize(np.clip(low, -limit, limit), (w, h), interpolation=cv2.INTER_CUBIC)
-        picture = np.clip(picture + step * alpha[..., None], 0, 1).astype(np.float32)
+    # Around the body's outline the coarser picture is a mixture: only what lies beyond it counts.
+    k = np.ones((int(1.5 * factor) | 1,) * 2, np.uint8)
+    inside = cv2.erode((alpha > 0.98).astype(np.float32), k, borderValue=1)
+    outside = cv2.erode((alpha < 0.02).astype(np.float32), k, borderValue=1)
+    off = np.abs(base - picture)[inside > 0.5]
+    # Where weather has changed the body, the parent's picture is right and what is marched here is not.
+    trust = max(1.0, 2.0 * float(np.percentile(off, 90)) / _BAND_LIMITS[0]) if len(off) else 1.0
+    for limit in _BAND_LIMITS:
+        low = _pulled(base - picture, inside, alpha, size, limit * trust, trust > 1)
+        low += _pulled(base - picture, outside, 1 - alpha, size, limit, False)
+        picture = np.clip(picture + low, 0, 1).astype(np.float32)
     return picture
+
+
+def _pulled(
+    off: FloatArray, weight: FloatArray, share: FloatArray, size: tuple[int, int], limit: float, spreads: bool
+) -> FloatArray:
+    """Returns the low band of a difference where `weight` counts it, limited, applied by `share`.
+
+    If it spreads, what does not count (the rim) is pulled like what lies beside it.
+    """
+    low = cv2.resize(off * weight[..., None], size, interpolation=cv2.INTER_AREA)
+    if spreads:
+        counted = cv2.resize(weight, size, interpolation=cv2.INTER_AREA)
+        near = cv2.GaussianBlur(low, (0, 0), 1.5)
+        near /= np.maximum(cv2.GaussianBlur(counted, (0, 0), 1.5), 1e-2)[..., None]
+        low += (1 - counted)[..., None] * near
+    step = cv2.resize(np.clip(low, -limit, limit), weight.shape[::-1], interpolation=cv2.INTER_CUBIC)
+    return np.asarray(step * share[..., None], np.float32)

@@ -4,6 +4,8 @@
 objects again where a deeper level looks at them, so that the zoom shows finer structure.
 """
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -15,6 +17,7 @@ from wzviewer.worker.models.builtin.objects.inserting import Check, insert
 from wzviewer.worker.models.builtin.objects.lighting import Light
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, unchanged
 from wzviewer.worker.models.builtin.objects.placement import Support
+from wzviewer.worker.models.builtin.objects.weather import changed
 
 __all__ = ["Edit", "EditResult", "Light", "ObjectEditor", "Placement", "Request", "Support"]
 
@@ -46,7 +49,7 @@ class ObjectEditor:
         check: Check = None,
         light: Light | None = None,
     ) -> EditResult:
-        """Inserts the objects of an edit, one after the other.
+        """Inserts the objects of an edit, one after the other, then changes the whole picture.
 
         Args:
             edit: from `parse`.
@@ -77,6 +80,11 @@ class ObjectEditor:
                     check,
                 )
                 number += 1
+        if edit.changes:
+            if check is not None:
+                check()
+            relief = np.where(result.object_mask, result.object_relief, geometry.relief)
+            result = replace(result, image=changed(result.image, relief, edit.changes, seed))
         return result
 
     def preview(

@@ -1,6 +1,9 @@
-"""Words -> what to insert: ``[COUNT] [SIZE] [COLOUR|PATTERN|SUBSTANCE] OBJECT [PREPOSITION PLACE]``.
+"""Words -> what to insert and what to change.
 
-A prompt that is not understood is refused at once: a refusal is better than a wrong object.
+``[COUNT] [SIZE] [COLOUR|PATTERN|SUBSTANCE] OBJECT [made of SUBSTANCE] [PREPOSITION PLACE]``, joined by
+commas or "and" with others and with changes of the whole picture: ``covered in moss``, ``rusty``, ``wet
+with dew``, ``light snow``, ``at sunset``.  A prompt that is not understood is refused at once: a refusal
+is better than a wrong object.
 """
 
 import difflib
@@ -9,141 +12,40 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wzviewer.errors import PromptError
-from wzviewer.worker.models.builtin.objects import butterflies, insects, things
-from wzviewer.worker.models.builtin.objects.bodies import Builder, Tint, linear
-
-BUILDERS: dict[str, Builder] = {
-    "ladybug": insects.ladybug,
-    "butterfly": butterflies.butterfly,
-    "blue morpho": butterflies.morpho,
-    "cabbage white": butterflies.cabbage_white,
-    "beetle": insects.beetle,
-    "water drop": things.drop,
-    "lego brick": things.brick,
-    "pebble": things.pebble,
-}
-NAMES = {
-    **{name: name for name in BUILDERS},
-    **dict.fromkeys(
-        ("lady bug", "ladybird", "lady bird", "ladybird beetle", "ladybug beetle", "ladybeetle"), "ladybug"
-    ),
-    **dict.fromkeys(("monarch", "monarch butterfly"), "butterfly"),
-    **dict.fromkeys(("morpho", "morpho butterfly", "blue morpho butterfly"), "blue morpho"),
-    **dict.fromkeys(("cabbage butterfly", "cabbage white butterfly"), "cabbage white"),
-    **dict.fromkeys(("bug", "ground beetle", "scarab", "insect", "carabid"), "beetle"),
-    **dict.fromkeys(
-        ("drop", "droplet", "dewdrop", "dew drop", "raindrop", "rain drop", "waterdrop", "water droplet"),
-        "water drop",
-    ),
-    **dict.fromkeys(("drop of water", "drop of dew", "dew"), "water drop"),
-    **dict.fromkeys(("brick", "lego", "toy brick", "building brick"), "lego brick"),
-    **dict.fromkeys(("stone", "rock"), "pebble"),
-}
-COUNTS = {
-    **dict.fromkeys(("a", "an", "the", "one", "single", "1"), 1),
-    **{
-        "two": 2,
-        "pair": 2,
-        "2": 2,
-        "three": 3,
-        "3": 3,
-        "few": 4,
-        "four": 4,
-        "4": 4,
-        "five": 5,
-        "5": 5,
-        "some": 4,
-    },
-    **{"several": 6, "six": 6, "6": 6, "seven": 7, "7": 7, "eight": 8, "8": 8, "many": 9, "nine": 9, "9": 9},
-}
-SIZES = {
-    **dict.fromkeys(("tiny", "minute", "miniature"), 0.12),
-    **dict.fromkeys(("small", "little"), 0.22),
-    **dict.fromkeys(("big", "large"), 0.6),
-    **dict.fromkeys(("huge", "giant", "enormous"), 0.8),
-}
-COLORS = {
-    "red": (200, 18, 12),
-    "crimson": (150, 12, 30),
-    "orange": (235, 110, 14),
-    "yellow": (236, 190, 18),
-    "green": (52, 128, 38),
-    "blue": (28, 78, 196),
-    "cyan": (30, 168, 190),
-    "turquoise": (30, 168, 160),
-    "purple": (108, 44, 150),
-    "violet": (112, 58, 180),
-    "pink": (232, 120, 160),
-    "white": (232, 228, 216),
-    "black": (38, 35, 34),
-    "grey": (128, 126, 122),
-    "gray": (128, 126, 122),
-    "brown": (112, 66, 36),
-    "golden": (226, 160, 40),
-    "gold": (226, 160, 40),
-    "silver": (190, 192, 196),
-    "copper": (190, 100, 56),
-}
-PATTERNS = {"spotted": "spotted", "dotted": "spotted", "plain": "plain", "spotless": "plain"}
-SUBSTANCES = dict.fromkeys(("metal", "metallic", "golden", "gold", "silver", "copper", "shiny"), "metal")
-PREPOSITIONS = {
-    "on",
-    "onto",
-    "in",
-    "at",
-    "near",
-    "by",
-    "upon",
-    "over",
-    "above",
-    "beside",
-    "inside",
-    "to",
-    "along",
-    "under",
-    "from",
-}
-VERBS = {
-    "sitting",
-    "sits",
-    "resting",
-    "crawling",
-    "perched",
-    "standing",
-    "lying",
-    "walking",
-    "landing",
-    "there",
-    "is",
-    "with",
-    "of",
-}
-WHERE = {
-    "left": (-0.24, 0.0),
-    "right": (0.24, 0.0),
-    "top": (0.0, -0.22),
-    "upper": (0.0, -0.22),
-    "bottom": (0.0, 0.22),
-    "lower": (0.0, 0.22),
-    "centre": (0.0, 0.0),
-    "center": (0.0, 0.0),
-    "middle": (0.0, 0.0),
-}
-SURFACES = frozenset(
-    """petal petals leaf leaves flower flowers blossom bloom stem stalk branch twig bark trunk tree bush
-    plant grass moss meadow field ground soil earth sand beach rock rocks stone stones boulder cliff
-    mountain hill slope snow ice water lake pond river sea wave puddle wall roof house building window
-    door floor table chair sofa couch carpet rug pillow cushion cloth fabric wood plank board bench
-    shelf street road path pavement cobblestones cobblestone bridge car bicycle wheel metal glass paper
-    book hand finger skin fur feather fruit apple mushroom sunflower rose disc disk seed seeds side
-    corner edge surface picture image view scene foreground background photo here it sky cloud clouds
-    village tower statue painting canvas frame lamp screen fence gate step steps stair stairs staircase
-    tile tiles brickwork pot vase basket bed desk""".split()
+from wzviewer.worker.models.builtin.objects.traits import Tint, linear
+from wzviewer.worker.models.builtin.objects.words import (
+    ADJECTIVES,
+    AMOUNTS,
+    CHANGES,
+    COLORS,
+    COUNTS,
+    FILLERS,
+    JOINTS,
+    KIN,
+    LIGHTS,
+    NAMES,
+    PATTERNS,
+    PLURALS,
+    PREPOSITIONS,
+    SIZES,
+    SUBSTANCES,
+    SURFACES,
+    USUAL_AMOUNT,
+    VERBS,
+    WHERE,
+    known_words,
 )
+
+__all__ = ["COLORS", "Change", "Edit", "Request", "known_words", "parse"]
+
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
 DEFAULT_SIZE = 0.40
 NO_TINT = Tint()
 _ARTICLES = {"a", "an", "the", "and"}
+_SEPARATORS = {"and", ",", ";", "&", "+"}
+_COUNTED = set(COUNTS) - {"the"}
+_BRINGERS = {"of", "in", "with", "from", "by", "out"}
+_BETWEEN = {*AMOUNTS, "a", "an", "the", "of", "fresh"}
 _QUALITIES = {**SIZES, **COLORS, **PATTERNS, **SUBSTANCES}
 
 
@@ -152,7 +54,7 @@ class Request:
     """One kind of object to insert.
 
     Attributes:
-        name: a key of `BUILDERS`, or "image".
+        name: a key of `nouns.BUILDERS`, or "image".
         count: how many.
         size: share of the view's width.
         tint: colour, pattern and substance words, resolved.
@@ -169,11 +71,24 @@ class Request:
 
 
 @dataclass(frozen=True)
+class Change:
+    """A change of the whole picture: a value of `words.CHANGES`, and how much of it, 0..1."""
+
+    name: str
+    amount: float = USUAL_AMOUNT
+
+
+@dataclass(frozen=True)
 class Edit:
-    """A parsed prompt: objects in the order they are inserted; none for an empty prompt."""
+    """A parsed prompt: objects in the order they are inserted, then changes; none for an empty prompt."""
 
     prompt: str
     objects: tuple[Request, ...] = ()
+    changes: tuple[Change, ...] = ()
+
+    def __bool__(self) -> bool:
+        """Tells whether there is anything to do."""
+        return bool(self.objects or self.changes)
 
 
 def parse(prompt: str) -> Edit:
@@ -188,10 +103,18 @@ def parse(prompt: str) -> Edit:
     if text.lower().startswith("image:") or text.lower().endswith(IMAGE_SUFFIXES):
         return Edit(prompt, (_image(prompt, text.removeprefix("image:").strip()),))
     words = re.findall(r"[a-z0-9]+|[,;&+]", text.lower().replace("'s", ""))
-    requests = [_phrase(prompt, phrase) for phrase in _phrases(words)]
-    if not requests:
+    requests: list[Request] = []
+    changes: list[Change] = []
+    for phrase in _phrases(words):
+        if _has_object(phrase):
+            request, more = _phrase(prompt, phrase)
+            requests.append(request)
+            changes += more
+        else:
+            changes += _weather(prompt, phrase)
+    if not requests and not changes:
         raise _refusal(prompt, words[:1])
-    return Edit(prompt, tuple(requests))
+    return Edit(prompt, tuple(requests), tuple({c.name: c for c in changes}.values()))
 
 
 def _image(prompt: str, path: str) -> Request:
@@ -203,13 +126,16 @@ def _image(prompt: str, path: str) -> Request:
 
 
 def _phrases(words: list[str]) -> list[list[str]]:
-    """Splits at "and" and commas; what names no object belongs to the phrase that follows."""
+    """Splits at "and" and commas; what says nothing by itself belongs to the phrase that follows."""
     phrases: list[list[str]] = []
     current: list[str] = []
-    for word in [*words, "and"]:
-        if word not in {"and", ",", ";", "&", "+"}:
+    for k, word in enumerate([*words, "and"]):
+        joins = word in _SEPARATORS or (
+            word == "with" and _has_object(current) and _has_object(words[k + 1 :])
+        )
+        if not joins:
             current.append(word)
-        elif any(_object_at(current, k) for k in range(len(current))):
+        elif _has_object(current) or (_has_change(current) and current[0] not in _COUNTED):
             phrases.append(current)
             current = []
     if current and phrases:
@@ -219,26 +145,72 @@ def _phrases(words: list[str]) -> list[list[str]]:
     return phrases
 
 
-def _phrase(prompt: str, words: list[str]) -> Request:
-    """Reads one phrase: qualities, the object, the place."""
+def _has_object(words: list[str]) -> bool:
+    rest, brought = _without_coverings(words)
+    head, _ = _split_place(rest)
+    if brought and words[0] == "the" and all(w in SURFACES or w in _ARTICLES for w in head):
+        return False  # what is in the picture already: "the rocks covered in moss"
+    return any(_object_at(head, k) for k in range(len(head)))
+
+
+def _has_change(words: list[str]) -> bool:
+    return any(_corrected(w, CHANGES) in CHANGES for w in words)
+
+
+def _weather(prompt: str, words: list[str]) -> list[Change]:
+    """Reads a phrase without an object: what happens to the whole picture."""
+    amount = next((AMOUNTS[w] for w in words if w in AMOUNTS), USUAL_AMOUNT)
+    found = [CHANGES[_corrected(w, CHANGES)] for w in words if _corrected(w, CHANGES) in CHANGES]
+    allowed = {*AMOUNTS, *FILLERS, *JOINTS, *ADJECTIVES, *SURFACES, *_ARTICLES, *VERBS, *PREPOSITIONS}
+    unknown = [w for w in words if w not in allowed and _corrected(w, CHANGES) not in CHANGES]
+    if unknown or not found:
+        raise _refusal(prompt, [w for w in words if w in KIN] or unknown or words)
+    if "rain" in found and "dew" in found:  # "wet with dew"
+        found.remove("rain")
+    return [Change(name, amount) for name in dict.fromkeys(found)]
+
+
+def _without_coverings(words: list[str]) -> tuple[list[str], list[str]]:
+    """Takes out "made of gold", "covered in thick moss": returns (the rest, what they bring)."""
+    rest: list[str] = []
+    brought: list[str] = []
+    k = 0
+    while k < len(words):
+        joint = words[k] in JOINTS and k + 2 < len(words) and words[k + 1] in _BRINGERS
+        end = k + 2
+        while joint and end < len(words) - 1 and words[end] in _BETWEEN:
+            end += 1
+        if joint and (words[end] in SUBSTANCES or words[end] in CHANGES):
+            brought += words[k + 2 : end + 1]
+            k = end + 1
+        else:
+            rest.append(words[k])
+            k += 1
+    return rest, brought
+
+
+def _phrase(prompt: str, words: list[str]) -> tuple[Request, list[Change]]:
+    """Reads one phrase: qualities, the object, what it is made of, the place."""
+    words, brought = _without_coverings(words)
     head, place = _split_place(words)
     found = [(k, match) for k in range(len(head)) if (match := _object_at(head, k))]
-    if not found:
-        raise _refusal(prompt, [w for w in head if not _known(w)] or head)
     start, (name, length, plural) = found[-1] if found[0][1][1] == 1 else found[0]
     qualities = head[:start]
-    unknown = [w for w in qualities + head[start + length :] if not _known(w)]
-    unknown += [
-        w
-        for w in place
-        if w not in SURFACES and w not in WHERE and w not in _QUALITIES and w not in _ARTICLES | VERBS
-    ]
+    changes = [w for w in place + head[start + length :] if CHANGES.get(w) in LIGHTS]
+    changes += [w for w in brought if w in CHANGES and w not in SUBSTANCES]
+    place = [w for w in place if w not in changes]
+    unknown = [w for w in qualities + head[start + length :] if not _known(w) and w not in changes]
+    allowed = {*SURFACES, *WHERE, *_QUALITIES, *_ARTICLES, *VERBS, *ADJECTIVES}
+    unknown += [w for w in place if w not in allowed and _object_at([w], 0) is None]
     if unknown:
         raise _refusal(prompt, unknown)
     counts = [COUNTS[_corrected(w)] for w in qualities if _corrected(w) in COUNTS and w not in {"the"}]
     count = max(counts, default=3 if plural else 1)
     size = next((SIZES[_corrected(w)] for w in qualities if _corrected(w) in SIZES), DEFAULT_SIZE)
-    return Request(name, 3 if plural and count == 1 else count, size, _tint(qualities), _offset(place))
+    count = 3 if plural and count == 1 else count
+    request = Request(name, count, size, _tint(qualities + brought), _offset(place))
+    amount = next((AMOUNTS[w] for w in brought if w in AMOUNTS), USUAL_AMOUNT)
+    return request, [Change(CHANGES[w], amount) for w in changes]
 
 
 def _split_place(words: list[str]) -> tuple[list[str], list[str]]:
@@ -272,6 +244,8 @@ def _object_at(words: list[str], k: int) -> tuple[str, int, bool] | None:
         exact = next(((NAMES[form], length, plural) for form, plural in forms if form in NAMES), None)
         if exact:
             return exact
+        if name in CHANGES or name in _QUALITIES or name in COUNTS:
+            continue
         for form, plural in forms:
             near = _one_off(form, NAMES) if len(form) >= 5 and length == 1 else None
             if near:
@@ -282,6 +256,8 @@ def _object_at(words: list[str], k: int) -> tuple[str, int, bool] | None:
 def _forms(name: str) -> list[tuple[str, bool]]:
     """Returns the name as it stands and the singulars it may be the plural of."""
     forms = [(name, False)]
+    if name in PLURALS:
+        forms.append((PLURALS[name], True))
     if name.endswith("ies"):
         forms.append((name[:-3] + "y", True))
     if name.endswith("s") and not name.endswith("ss"):
@@ -292,15 +268,20 @@ def _forms(name: str) -> list[tuple[str, bool]]:
 
 
 def _known(word: str) -> bool:
-    return _corrected(word) in {**COUNTS, **_QUALITIES} or word in VERBS or word in _ARTICLES
+    return (
+        _corrected(word) in {**COUNTS, **_QUALITIES}
+        or word in VERBS
+        or word in ADJECTIVES
+        or word in _ARTICLES
+    )
 
 
-def _corrected(word: str) -> str:
+def _corrected(word: str, table: dict[str, str] | None = None) -> str:
     """Returns the known quality that a word of five letters or more misspells by one letter."""
-    table = {**COUNTS, **_QUALITIES}
-    if word in table or len(word) < 5:
+    known: dict[str, object] = {**COUNTS, **_QUALITIES} if table is None else {**table}
+    if word in known or len(word) < 5 or word in AMOUNTS or word in FILLERS:
         return word
-    return _one_off(word, table) or word
+    return _one_off(word, known) or word
 
 
 def _one_off(word: str, table: dict[str, object] | dict[str, str]) -> str | None:
@@ -322,13 +303,18 @@ def _distance_one(a: str, b: str) -> bool:
 
 def _refusal(prompt: str, unknown: list[str]) -> PromptError:
     """Builds the error: what was not understood, and what is known, the nearest first."""
-    vocabulary = [*NAMES, *_QUALITIES, *COUNTS, *SURFACES, *WHERE]
+    vocabulary = [*NAMES, *_QUALITIES, *COUNTS, *CHANGES, *SURFACES, *WHERE]
     near = [w for word in unknown for w in difflib.get_close_matches(word, vocabulary, 3, 0.6)]
-    objects = list(dict.fromkeys([NAMES[w] for w in near if w in NAMES] + list(BUILDERS)))
+    kin = [KIN[form] for word in unknown for form, _ in _forms(word) if form in KIN]
+    objects = kin + [NAMES[w] for w in near if w in NAMES] + list(known_words()["objects"])
+    objects = list(dict.fromkeys(objects))
     words = list(dict.fromkeys(w for w in near if w not in NAMES))
     meant = f"Did you mean {', '.join(words)}? " if words else ""
-    known = ", ".join(f"a {name}" for name in objects)
+    known = ", ".join(f"{'an' if name[0] in 'aeiou' else 'a'} {name}" for name in objects)
     missing = " ".join(dict.fromkeys(unknown)) or prompt.strip()
+    changes = ", ".join(dict.fromkeys(CHANGES.values()))
     return PromptError(
-        repr(prompt), f'"{missing}" is not understood', f"{meant}Known: {known}; also an image file"
+        repr(prompt),
+        f'"{missing}" is not understood',
+        f"{meant}Known: {known}; over all: {changes}; also an image file",
     )

@@ -52,7 +52,7 @@ def ladybug(rng: np.random.Generator, tint: Tint) -> Body:
             ((0.28, 0.02, 0.085), (0.475, 0.055, 0.130), (0.565, 0.060, 0.038), (0.640, 0.090, 0.012)),
             ((0.26, -0.16, 0.085), (0.455, -0.270, 0.125), (0.535, -0.370, 0.036), (0.590, -0.440, 0.012)),
         ):
-            _leg(pen, side, (root, knee, ankle, foot), (0.037, 0.026, 0.017), chitin, hair)
+            add_leg(pen, side, (root, knee, ankle, foot), (0.037, 0.026, 0.017), chitin, hair)
     return pen.body(tilt_deg=(30.0, 50.0), yaw_deg=33.0)
 
 
@@ -113,7 +113,7 @@ def beetle(rng: np.random.Generator, tint: Tint) -> Body:
             ((0.14, 0.04, 0.06), (0.345, 0.020, 0.165), (0.475, -0.045, 0.035), (0.565, -0.08, 0.010)),
             ((0.14, -0.07, 0.06), (0.335, -0.230, 0.165), (0.435, -0.440, 0.035), (0.485, -0.56, 0.010)),
         ):
-            _leg(pen, side, (root, knee, ankle, foot), (0.027, 0.017, 0.012), chitin, hair)
+            add_leg(pen, side, (root, knee, ankle, foot), (0.027, 0.017, 0.012), chitin, hair)
     return pen.body(tilt_deg=(26.0, 50.0), yaw_deg=38.0)
 
 
@@ -182,7 +182,7 @@ def add_antenna(
         )
 
 
-def _leg(
+def add_leg(
     pen: Pen,
     side: float,
     joints: tuple[Vector, Vector, Vector, Vector],

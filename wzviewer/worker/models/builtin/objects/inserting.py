@@ -6,8 +6,8 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from wzviewer.core.types import FloatArray
-from wzviewer.worker.models.builtin.objects import composite, cutout, grammar, placement
+from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.worker.models.builtin.objects import composite, cutout, placement
 from wzviewer.worker.models.builtin.objects.bodies import Body, Tint
 from wzviewer.worker.models.builtin.objects.grammar import Request
 from wzviewer.worker.models.builtin.objects.lighting import (
@@ -16,10 +16,12 @@ from wzviewer.worker.models.builtin.objects.lighting import (
     light_from_photo,
     linear_from_srgb,
 )
+from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged, shifted
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
-from wzviewer.worker.models.builtin.objects.render import Pose, Scene, ground_shadow, render
+from wzviewer.worker.models.builtin.objects.render import Layer, Pose, Scene, ground_shadow, render
 from wzviewer.worker.models.builtin.objects.shading import Setting
+from wzviewer.worker.models.builtin.objects.substances import recast
 
 Check = Callable[[], object] | None
 
@@ -27,7 +29,7 @@ Check = Callable[[], object] | None
 @lru_cache(maxsize=6)
 def body_of(name: str, seed: int, tint: Tint) -> Body:
     """Returns a body, built once."""
-    return grammar.BUILDERS[name](np.random.default_rng(seed), tint)
+    return recast(BUILDERS[name](np.random.default_rng(seed), tint), tint)
 
 
 def insert(
@@ -57,14 +59,27 @@ def insert(
     mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
     relief = np.where(mask, layer.relief + plane_image(lift, (h, w)), np.nan).astype(np.float32)
     behind = np.fmin(geometry.relief, result.object_relief)
+    hidden = placement.hidden_by(behind, relief, mask, pose.size_px)
     relief, shift = placement.settle(relief, mask, behind, pose.size_px)
+    if hidden.any():
+        near = geometry.relief < plane_image(plane, (h, w)) - 0.4 * pose.size_px
+        layer, mask, gain = without(layer, hidden), mask & ~hidden, np.where(near, np.float32(1), gain)
     placed = shifted(placed, shift)
     finish = composite.Finish.of(result.image)
     if body.refractive:
-        picture, alpha = composite.refract(result.image, layer, gain, light, finish, setting.to_light)
+        picture, alpha = composite.refract(
+            result.image, layer, gain, light, finish, setting.to_light, body.clear
+        )
     else:
         picture, alpha = composite.composite(result.image, layer, gain, light, finish, seed)
     return merged(result, picture, relief, mask, alpha, gain, placed)
+
+
+def without(layer: Layer, hidden: BoolArray) -> Layer:
+    """Returns a layer less what stands behind something else, cut softly."""
+    keep = 1 - cv2.GaussianBlur(hidden.astype(np.float32), (0, 0), 0.7)
+    relief = np.where(hidden, np.float32(np.nan), layer.relief)
+    return Layer(layer.color * keep[..., None], layer.alpha * keep, relief, layer.normal)
 
 
 def _insert_image(

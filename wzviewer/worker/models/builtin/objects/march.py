@@ -14,7 +14,7 @@ from numba import njit
 from wzviewer.worker.models.builtin.objects.noise import ENTRY, JIT, smoothstep
 from wzviewer.worker.models.builtin.objects.primitives import FAR, field
 
-KERNELS = "72fbf7bb"  # digest of the files whose functions are compiled in; a test holds it
+KERNELS = "f3bc48b1"  # digest of the files whose functions are compiled in; a test holds it
 LAYERS = 3  # a ray passes this many hair-thin surfaces
 _STEPS = 120
 

@@ -1,10 +1,11 @@
 """Materials in object space: colour and relief whose every term fades below two pixels a wave.
 
-A material is a row of `M` (m, 24) float64, albedos linear::
+A material is a row of `M` (m, 128) float64, albedos linear::
 
      0 pattern    1:4 albedo    4:7 second albedo    7 roughness    8 metal    9 wavelength
     10 wrap (soft terminator)   11 F0    12 translucency    13 coat    14 sheen    15 coat roughness
-    16 relief amplitude         17:24 free, per pattern
+    16 relief amplitude         17:28 free, per pattern         28 lets rays through (thin sheets)
+    32:128 marks: up to 8 coloured ellipsoids painted on the first albedo, see `terms.marks`
 
 As the pixel shrinks, terms that were sub-pixel appear, so a zoom shows finer structure that was
 there all along.  The slope variance of the terms still hidden is returned too: it broadens the
@@ -16,7 +17,9 @@ from math import floor, sqrt
 import numpy as np
 from numba import njit
 
+from wzviewer.worker.models.builtin.objects.botany import cap, fibre, florets, gills, leaf, moss, petal, wood
 from wzviewer.worker.models.builtin.objects.chitin import chitin, elytra, eye, pronotum, striae
+from wzviewer.worker.models.builtin.objects.minerals import crystal, metal, rust, shell
 from wzviewer.worker.models.builtin.objects.noise import (
     ENTRY,
     JIT,
@@ -27,22 +30,29 @@ from wzviewer.worker.models.builtin.objects.noise import (
     smoothstep,
 )
 from wzviewer.worker.models.builtin.objects.primitives import sample
+from wzviewer.worker.models.builtin.objects.skins import fin, fish, fur, hide, membrane, plumes, vane
 from wzviewer.worker.models.builtin.objects.terms import (
     COAT,
     HEIGHT,
     LOST,
+    OPAQUE,
     OUTPUTS,
     ROUGH,
     THIN,
     bump,
     gain,
     grain,
+    marks,
     tint,
 )
 
-KERNELS = "65144bed"  # digest of the files whose functions are compiled in; a test holds it
+KERNELS = "fe036d3f"  # digest of the files whose functions are compiled in; a test holds it
 PLAIN, ELYTRA, PRONOTUM, EYE, CHITIN, HAIR, WING, STRIAE, PLASTIC, STONE, WATER = range(11)
-MATERIAL = 24
+FUR, FISH, HIDE, PLUMES, VANE, FIN, MEMBRANE, PETAL, LEAF, CAP, GILLS, FIBRE, WOOD = range(11, 24)
+FLORETS, MOSS, SHELL, METAL, RUST, CRYSTAL = range(24, 30)
+MATERIAL = 128
+SHADED = 24  # the columns that shading reads
+SHEET = 28
 
 
 @njit(**JIT)
@@ -159,6 +169,63 @@ def _stone(M: np.ndarray, m: int, x: float, y: float, z: float, px: float, out: 
 
 
 @njit(**JIT)
+def _later(
+    P: np.ndarray,
+    i: int,
+    M: np.ndarray,
+    m: int,
+    kind: int,
+    x: float,
+    y: float,
+    z: float,
+    px: float,
+    T: np.ndarray,
+    C: np.ndarray,
+    colored: bool,
+    out: np.ndarray,
+) -> None:
+    """Evaluates the patterns from `FUR` on."""
+    if kind == FUR:
+        fur(P, i, M, m, x, y, z, px, colored, out)
+    elif kind == FISH:
+        fish(P, i, M, m, x, y, z, px, T, out)
+    elif kind == HIDE:
+        hide(P, i, M, m, x, y, z, px, out)
+    elif kind == PLUMES:
+        plumes(P, i, M, m, x, y, z, px, T, out)
+    elif kind == VANE:
+        vane(P, i, M, m, x, y, z, px, out)
+    elif kind == FIN:
+        fin(P, i, M, m, x, y, z, px, out)
+    elif kind == MEMBRANE:
+        membrane(P, i, M, m, x, y, z, px, C, out)
+    elif kind == PETAL:
+        petal(P, i, M, m, x, y, z, px, out)
+    elif kind == LEAF:
+        leaf(P, i, M, m, x, y, z, px, C, out)
+    elif kind == CAP:
+        cap(P, i, M, m, x, y, z, px, out)
+    elif kind == GILLS:
+        gills(P, i, M, m, x, y, z, px, out)
+    elif kind == FIBRE:
+        fibre(P, i, M, m, x, y, z, px, out)
+    elif kind == WOOD:
+        wood(M, m, x, y, z, px, out)
+    elif kind == FLORETS:
+        florets(P, i, M, m, x, y, z, px, out)
+    elif kind == MOSS:
+        moss(M, m, x, y, z, px, out)
+    elif kind == SHELL:
+        shell(P, i, M, m, x, y, z, px, out)
+    elif kind == METAL:
+        metal(P, i, M, m, x, y, z, px, C, out)
+    elif kind == RUST:
+        rust(M, m, x, y, z, px, out)
+    else:
+        crystal(P, i, M, m, x, y, z, px, out)
+
+
+@njit(**JIT)
 def _pattern(
     P: np.ndarray,
     i: int,
@@ -180,8 +247,13 @@ def _pattern(
     for c in range(3):
         out[c] = M[m, 1 + c]
     out[ROUGH], out[HEIGHT], out[LOST], out[COAT], out[THIN] = M[m, 7], 0.0, 0.0, 1.0, 1.0
+    out[OPAQUE] = 1.0
     kind = int(M[m, 0])
-    if kind == ELYTRA:
+    if colored:
+        marks(M, m, x, y, z, px, out)
+    if kind >= FUR:
+        _later(P, i, M, m, kind, x, y, z, px, T, C, colored, out)
+    elif kind == ELYTRA:
         elytra(P, i, M, m, x, y, z, px, colored, out)
     elif kind == PRONOTUM:
         pronotum(P, i, M, m, x, y, z, px, out)

@@ -16,7 +16,7 @@ class Placement:
     """One inserted object: enough to march it again at any deeper level.
 
     Attributes:
-        name: a key of `grammar.BUILDERS`, or "image".
+        name: a key of `nouns.BUILDERS`, or "image".
         seed: of its shape.
         tint: its colour words.
         pose: in the image it was inserted into.
@@ -70,7 +70,8 @@ class Placement:
             name=str(data["name"]),
             seed=int(data["seed"]),  # type: ignore[call-overload]
             tint=Tint(color, tint["pattern"], tint["substance"]),  # type: ignore[arg-type]
-            pose=Pose(rotation, pose["size_px"], tuple(pose["position"]), tuple(pose["ray"])),  # type: ignore[arg-type]
+            pose=Pose(rotation, pose["size_px"], tuple(pose["position"]), tuple(pose["ray"])),
+            # type: ignore[arg-type]
             lift=Plane(*data["lift"]),  # type: ignore[misc]
             light=Light.from_dict(data["light"]),  # type: ignore[arg-type]
             bounce=tuple(data["bounce"]),  # type: ignore[arg-type]

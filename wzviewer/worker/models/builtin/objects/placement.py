@@ -17,6 +17,8 @@ from wzviewer.worker.models.builtin.objects.render import Pose, Scene, render_ma
 MARGIN = 0.08  # an object's bounding box stays this far inside the frame
 _PROBE = 168
 _STEEPEST = 6.0
+_IN_FRONT = 0.40  # of its length: what is nearer by less is the support's own roughness
+_MOST_HIDDEN = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +168,20 @@ def lift_onto(pose: Pose, plane: Plane) -> Plane:
     return Plane(x, y, float(plane(np.float64(x), np.float64(y))) - z, float(slope_x), float(slope_y))  # type: ignore[arg-type]
 
 
+def hidden_by(support: FloatArray, relief: FloatArray, mask: BoolArray, size_px: float) -> BoolArray:
+    """Tells where something else stands clearly in front of a body (h, w): by a share of its own length.
+
+    A body of which little would be left is in front of everything instead.
+    """
+    with np.errstate(invalid="ignore"):
+        nearer = mask & (support < relief - np.float32(_IN_FRONT * size_px))
+    if nearer.sum() > _MOST_HIDDEN * max(int(mask.sum()), 1):
+        return np.zeros_like(mask)
+    # Specks are noise of the depth; what is wider counts up to its rim.
+    wide = cv2.morphologyEx(nearer.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    return np.asarray(nearer & (cv2.dilate(wide, np.ones((7, 7), np.uint8)) > 0))
+
+
 def settle(
     relief: FloatArray, mask: BoolArray, support: FloatArray, size_px: float
 ) -> tuple[FloatArray, float]:
@@ -181,6 +197,7 @@ def settle(
         the relief in contact, and the uniform shift that was part of it.
     """
     known = mask & np.isfinite(support) & np.isfinite(relief)
+    known &= ~hidden_by(support, relief, mask, size_px)
     if not known.any():
         return relief, 0.0
     gap = support[known] - relief[known]

@@ -10,14 +10,14 @@ Inside a group surfaces melt into each other by the cubic smooth minimum; betwee
 wins.  Lengths are in body lengths; y forward, z up, the support is z = 0.
 """
 
-from math import sqrt
+from math import atan2, cos, exp, floor, log, pi, sin, sqrt
 
 import numpy as np
 from numba import njit
 
 from wzviewer.worker.models.builtin.objects.noise import JIT
 
-ELLIPSOID, DOME, CONE, BOX, CYLINDER, BEZIER, CARD = range(7)
+ELLIPSOID, DOME, CONE, BOX, CYLINDER, BEZIER, CARD, LOFT, SPIRAL, PRISM, TORUS = range(11)
 ROW = 36
 FAR = 1.0e9
 
@@ -112,6 +112,103 @@ def card_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: np.nda
 
 
 @njit(**JIT)
+def station(T: np.ndarray, P: np.ndarray, i: int, y: float) -> tuple[float, float, float, float, float]:
+    """Returns (cx, cz, half width, height above, height below) of a loft's section at local y.
+
+    Rows 0..4 of the loft's texture hold them from y = P[16] to P[17]; quadratic B-splines, so the
+    normal has no steps at any magnification.
+    """
+    table = T[int(P[i, 28])]
+    n = table.shape[1]
+    x = min(max((y - P[i, 16]) / (P[i, 17] - P[i, 16]), 0.0), 1.0) * (n - 1)
+    k = min(max(int(x + 0.5), 1), n - 2)
+    f = x - k
+    a, b, c = 0.5 * (0.5 - f) ** 2, 0.75 - f * f, 0.5 * (0.5 + f) ** 2
+    return (
+        a * table[0, k - 1] + b * table[0, k] + c * table[0, k + 1],
+        a * table[1, k - 1] + b * table[1, k] + c * table[1, k + 1],
+        max(a * table[2, k - 1] + b * table[2, k] + c * table[2, k + 1], 1e-5),
+        max(a * table[3, k - 1] + b * table[3, k] + c * table[3, k + 1], 1e-5),
+        max(a * table[4, k - 1] + b * table[4, k] + c * table[4, k + 1], 1e-5),
+    )
+
+
+@njit(**JIT)
+def loft_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: np.ndarray) -> float:
+    """Returns a bound of the distance to a body along y with half-elliptic sections from a table."""
+    cx, cz, a, above, below = station(T, P, i, y)
+    u, w = x - cx, z - cz
+    b = above if w > 0.0 else below
+    k0 = sqrt((u / a) ** 2 + (w / b) ** 2)
+    k1 = sqrt((u / (a * a)) ** 2 + (w / (b * b)) ** 2)
+    d = k0 * (k0 - 1.0) / k1 if k1 > 1e-9 else -min(a, b)
+    beyond = max(max(P[i, 16] - y, y - P[i, 17]), 0.0)
+    if beyond > 0.0:
+        d = sqrt(max(d, 0.0) ** 2 + beyond * beyond)
+    return 0.72 * d
+
+
+@njit(**JIT)
+def spiral_nearest(P: np.ndarray, i: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Returns (distance bound, turn angle, angle around the tube) of a logarithmic spiral tube.
+
+    Parameters: 16 radius, 17 growth b, 18 rise, 19 tube, 20 flattening, 21:23 first and last turn
+    angle, 23 knobs' height, 24 knobs a turn, 25 slant of the section, 26 flare of the lip, 27 e^(2 pi b).
+    """
+    r, phi = sqrt(x * x + y * y), atan2(y, x)
+    big, rise, growth = P[i, 16], P[i, 18], P[i, 17]
+    along = max((r * big + z * rise) / (big * big + rise * rise), 1e-6)
+    turn = floor((log(along) / growth - phi) / (2.0 * pi)) - 1.0
+    below = exp(growth * (phi + 2.0 * pi * turn))
+    tilt_c, tilt_s = cos(P[i, 25]), sin(P[i, 25])
+    reach = P[i, 19] * max(P[i, 20], 1.0) * (1.0 + P[i, 23]) * (1.0 + P[i, 26])
+    best, best_turn, best_u, best_w = FAR, 0.0, 1.0, 0.0
+    for c in range(5):
+        # The likeliest whorl first: most of the others are then too far to be looked at.
+        whorl = 1.0 if c == 0 else (2.0 if c == 1 else (0.0 if c == 2 else 3.0))
+        end, off, across = phi + 2.0 * pi * (turn + whorl), 0.0, r
+        once = P[i, 27]
+        g = below * (once if c == 0 else (once * once if c == 1 else (1.0 if c == 2 else once * once * once)))
+        if c == 4:  # the round end of the tube
+            end = P[i, 22]
+            g, across = exp(growth * end), r * cos(phi - end)
+            off = sin(phi - end) * r if across > 0.0 else r
+        elif end < P[i, 21] or end > P[i, 22]:
+            continue
+        u, w = across - big * g, z - rise * g
+        if sqrt(u * u + w * w + off * off) - reach * g > best:
+            continue
+        u, w = tilt_c * u + tilt_s * w, tilt_c * w - tilt_s * u
+        a = P[i, 19] * g
+        lip = max(end - P[i, 22] + 0.9, 0.0) / 0.9
+        a *= 1.0 + P[i, 26] * lip * lip
+        if P[i, 23] > 0.0 and abs(u) < 2.0 * a:
+            swell = max(cos(P[i, 24] * end), 0.0)
+            angle = atan2(w / P[i, 20], u)
+            a *= 1.0 + P[i, 23] * swell * swell * exp(-5.0 * (angle + 0.6) ** 2)
+        b = a * P[i, 20]
+        k0 = sqrt((u / a) ** 2 + (w / b) ** 2 + (off / a) ** 2)
+        k1 = sqrt((u / (a * a)) ** 2 + (w / (b * b)) ** 2 + (off / (a * a)) ** 2)
+        d = k0 * (k0 - 1.0) / k1 if k1 > 1e-9 else -min(a, b)
+        if d < best:
+            best, best_turn, best_u, best_w = d, end, u, w / P[i, 20]
+    return 0.68 * best, best_turn, atan2(best_w, best_u)
+
+
+@njit(**JIT)
+def prism_distance(x: float, y: float, z: float, r: float, half: float, tip: float) -> float:
+    """Returns a bound of the distance to a hexagonal prism, flat below, six faces to its tip above."""
+    d, n = -half - z, sqrt(tip * tip + r * r)
+    for k in range(6):
+        angle = k * pi / 3.0
+        q = x * cos(angle) + y * sin(angle)
+        d = max(d, q - r)
+        uneven = 1.0 - 0.22 * (k % 2)  # every other face of the tip is the larger one
+        d = max(d, (q * tip + (z - half) * r - r * tip * uneven) / n)
+    return d
+
+
+@njit(**JIT)
 def primitive_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: np.ndarray) -> float:
     """Returns the signed distance of an object point to primitive i, a lower bound outside it."""
     kind = int(P[i, 0])
@@ -133,6 +230,14 @@ def primitive_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: n
         return box_distance(lx, ly, lz, P[i, 16], P[i, 17], P[i, 18], P[i, 19])
     if kind == CYLINDER:
         return cylinder_distance(lx, ly, lz, P[i, 16], P[i, 17], P[i, 18])
+    if kind == LOFT:
+        return loft_distance(P, i, lx, ly, lz, T)
+    if kind == SPIRAL:
+        return spiral_nearest(P, i, lx, ly, lz)[0]
+    if kind == PRISM:
+        return prism_distance(lx, ly, lz, P[i, 16], P[i, 17], P[i, 18])
+    if kind == TORUS:
+        return sqrt((sqrt(lx * lx + ly * ly) - P[i, 16]) ** 2 + lz * lz) - P[i, 17]
     return card_distance(P, i, lx, ly, lz, T)
 
 
@@ -180,6 +285,8 @@ def field(
             d = max(primitive_distance(P, i, x, y, z, T), bound)
         k = P[i, 2]
         if P[i, 1] > 0.5:
+            if -d > inner:
+                member = i  # the cut shows the material of what cut it
             inner = smooth_max(inner, -d, k)
             continue
         if d < nearest:

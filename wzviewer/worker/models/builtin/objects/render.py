@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Body
 from wzviewer.worker.models.builtin.objects.march import LAYERS, occlude, trace
-from wzviewer.worker.models.builtin.objects.patterns import evaluate
-from wzviewer.worker.models.builtin.objects.primitives import BEZIER, CARD, CONE
+from wzviewer.worker.models.builtin.objects.patterns import SHADED, SHEET, evaluate
 from wzviewer.worker.models.builtin.objects.shading import Setting, shade
-from wzviewer.worker.models.builtin.objects.terms import OUTPUTS
+from wzviewer.worker.models.builtin.objects.terms import OPAQUE, OUTPUTS
+from wzviewer.worker.models.builtin.objects.thin import stamps, widened
 
 LongArray = NDArray[np.int64]
 A = TypeVar("A")
@@ -24,6 +24,7 @@ B = TypeVar("B")
 
 TILE = 8
 _BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
+_CLOSE_PX = 1500.0  # a body longer than this is a close-up, whose shadows change slowly
 _ROTATED = np.array([[0.125, 0.625], [0.375, 0.125], [0.625, 0.875], [0.875, 0.375]])  # 4-rooks
 
 
@@ -97,7 +98,10 @@ class Scene:
         self.body, self.pose, self.width, self.height = body, pose, width, height
         self.px = 1.0 / pose.size_px
         self.frame = pose.frame()
-        self.primitives, self.opacity = _widened(body.primitives, self.px)
+        self.primitives, self.opacity = widened(body.primitives, self.px)
+        self.hairs = self.opacity < 0.97
+        sheets = body.materials[body.primitives[:, 3].astype(int), SHEET] > 0
+        self.opacity = np.where(sheets, np.minimum(self.opacity, 0.96), self.opacity)
         self.casters = np.ascontiguousarray(self.primitives[self.primitives[:, 35] > 0.5])
         self.columns = -(-width // TILE)
         self.ids, self.spans = self._lists()
@@ -105,7 +109,7 @@ class Scene:
     def _lists(self) -> tuple[LongArray, LongArray]:
         """Bins bounding spheres into tiles; returns (ids, spans) of `march.trace`."""
         P, rows = self.primitives, -(-self.height // TILE)
-        points, radius, owner = _stamps(P)
+        points, radius, owner = stamps(P)
         centre = self.pose.project(points)
         reach = radius * self.pose.size_px * self.pose.stretch + 1.0
         meets = np.zeros((rows, self.columns, len(P)), bool)
@@ -266,12 +270,12 @@ def _shoot(scene: Scene, setting: Setting, rays: DoubleArray) -> FloatArray:
         return out
     corner, dx, dy, direction = scene.frame
     points = corner + rays[ray, :1] * dx + rays[ray, 1:] * dy + depth[ray, layer][:, None] * direction
-    color = shade_points(scene, setting, hit[ray, layer], points, normal[ray, layer])
+    color, opaque = shade_points(scene, setting, hit[ray, layer], points, normal[ray, layer], rays[ray])
     clear = np.ones(len(rays), np.float32)
     for k in range(LAYERS):
         here = layer == k
         r = ray[here]
-        cover = clear[r] * scene.opacity[hit[r, k]].astype(np.float32)
+        cover = clear[r] * scene.opacity[hit[r, k]].astype(np.float32) * opaque[here]
         out[r, :3] += cover[:, None] * color[here]
         out[r, 3] += cover
         clear[r] -= cover
@@ -282,9 +286,14 @@ def _shoot(scene: Scene, setting: Setting, rays: DoubleArray) -> FloatArray:
 
 
 def shade_points(
-    scene: Scene, setting: Setting, hit: LongArray, points: DoubleArray, normals: DoubleArray
-) -> FloatArray:
-    """Returns (n, 3) linear radiance of object points: material, occlusion, light."""
+    scene: Scene,
+    setting: Setting,
+    hit: LongArray,
+    points: DoubleArray,
+    normals: DoubleArray,
+    rays: DoubleArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Returns (n, 3) linear radiance of object points and (n,) how opaque they are."""
     body = scene.body
     looks, bumped = np.zeros((len(hit), OUTPUTS)), np.zeros((len(hit), 3))
     points, normals = np.ascontiguousarray(points), np.ascontiguousarray(normals)
@@ -300,10 +309,10 @@ def shade_points(
         looks,
         bumped,
     )
-    occlusion = scene.occlusion(points + 1.5 * scene.px * normals, normals, setting.to_light)
+    occlusion = _occlusion(scene, setting, hit, points, normals, rays)
     rotate = scene.pose.camera_from_object.T
-    rows = body.materials[scene.primitives[hit, 3].astype(int)].astype(np.float32)
-    return shade(
+    rows = body.materials[:, :SHADED].astype(np.float32)[scene.primitives[hit, 3].astype(int)]
+    color = shade(
         looks.astype(np.float32),
         rows,
         (bumped @ rotate).astype(np.float32),
@@ -311,40 +320,32 @@ def shade_points(
         occlusion.astype(np.float32),
         setting,
     )
+    return color, np.clip(looks[:, OPAQUE], 0, 1).astype(np.float32)
 
 
-def _stamps(P: DoubleArray) -> tuple[DoubleArray, DoubleArray, LongArray]:
-    """Returns (points, radii, owners): balls that hold each primitive, small ones along a thin part."""
-    points, radii, owners = [P[:, 30:33]], [P[:, 33]], [np.arange(len(P))]
-    thin = np.isin(P[:, 0], (BEZIER, CONE))
-    t = np.linspace(0, 1, 9)[:, None]
-    for i in np.flatnonzero(thin):
-        row = P[i]
-        if row[0] == BEZIER:
-            a, b, c = row[16:19], row[19:22], row[22:25]
-            curve, thick = (1 - t) ** 2 * a + 2 * t * (1 - t) * b + t * t * c, row[25:27].max()
-        else:
-            curve, thick = row[4:7] + t * row[16] * row[13:16], row[17:19].max()
-        step = np.linalg.norm(np.diff(curve, axis=0), axis=1).max()
-        points.append(curve)
-        radii.append(np.full(9, thick + 0.5 * step + row[2]))
-        owners.append(np.full(9, i))
-    radii[0] = np.where(thin, -1e6, radii[0])  # replaced by their own chains
-    return np.concatenate(points), np.concatenate(radii), np.concatenate(owners).astype(np.int64)
-
-
-def _widened(P: DoubleArray, px: float) -> tuple[DoubleArray, DoubleArray]:
-    """Returns primitives at least a pixel wide, and the share of a pixel that each really covers."""
-    P, opacity = P.copy(), np.ones(len(P))
-    for kind, columns in ((BEZIER, (25, 26)), (CONE, (17, 18))):
-        rows = P[:, 0] == kind
-        radius = P[rows][:, columns]
-        opacity[rows] = np.minimum(1.0, radius.max(1) / (0.5 * px)) if rows.any() else 1.0
-        P[np.ix_(rows, columns)] = np.maximum(radius, 0.5 * px)
-    cards = P[:, 0] == CARD
-    P[cards, 17] = np.maximum(P[cards, 17], 0.35 * px)
-    P[:, 33] += 0.5 * px
-    return P, opacity
+def _occlusion(
+    scene: Scene,
+    setting: Setting,
+    hit: LongArray,
+    points: DoubleArray,
+    normals: DoubleArray,
+    rays: DoubleArray,
+) -> DoubleArray:
+    """Returns (n, 2) occlusion; in a close-up one point of 2x2 pixels speaks for those like it."""
+    starts = points + 1.5 * scene.px * normals
+    if scene.pose.size_px < _CLOSE_PX:
+        return scene.occlusion(starts, normals, setting.to_light)
+    block = (rays[:, 1] // 2).astype(np.int64) * scene.width + (rays[:, 0] // 2).astype(np.int64)
+    _, first, inverse = np.unique(block, return_index=True, return_inverse=True)
+    spoken = first[inverse]
+    group = scene.primitives[hit, 29]
+    alike = (group == group[spoken]) & ((normals * normals[spoken]).sum(1) > 0.95)
+    alike[first] = False
+    own = np.flatnonzero(~alike)
+    out: DoubleArray = np.ones((len(hit), 2))
+    out[own] = scene.occlusion(starts[own], normals[own], setting.to_light)
+    out[alike] = out[spoken[alike]]
+    return out
 
 
 def _scatter(scene: Scene, pixels: LongArray, samples: FloatArray) -> Layer:
@@ -364,7 +365,7 @@ def _scatter(scene: Scene, pixels: LongArray, samples: FloatArray) -> Layer:
 def _edges(ids: LongArray, layer: Layer, scene: Scene) -> BoolArray:
     """Marks pixels whose 3x3 neighbourhood changes group, brightness or holds a hair."""
     group = np.where(ids >= 0, scene.primitives[np.maximum(ids, 0), 29] + 1, 0).astype(np.float32)
-    thin = (ids >= 0) & (scene.opacity[np.maximum(ids, 0)] < 0.97)
+    thin = (ids >= 0) & scene.hairs[np.maximum(ids, 0)]
     kernel = np.ones((3, 3), np.uint8)
     changes = cv2.dilate(group, kernel) != cv2.erode(group, kernel)
     inside = ids >= 0

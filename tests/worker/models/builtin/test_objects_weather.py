@@ -1,0 +1,79 @@
+"""Changes of the whole picture: bounded, repeatable, and where they belong."""
+
+import cv2
+import numpy as np
+import pytest
+
+from wzviewer.worker.models.builtin.objects.editor import ObjectEditor, Support
+from wzviewer.worker.models.builtin.objects.grammar import Change
+from wzviewer.worker.models.builtin.objects.weather import changed
+from wzviewer.worker.models.builtin.objects.words import CHANGES
+
+W, H = 160, 106
+EVERY = sorted(set(CHANGES.values()))
+
+
+def picture():
+    rng = np.random.default_rng(0)
+    noise = cv2.GaussianBlur(rng.random((H, W, 3), np.float32), (0, 0), 2)
+    return np.clip(0.42 + 2.0 * (noise - 0.5), 0, 1).astype(np.float32)
+
+
+def steps():
+    """A wall above a floor: the lower half recedes upwards, the upper half stands."""
+    v = np.mgrid[:H, :W][0].astype(np.float32)
+    return np.maximum(H / 2 - v, -2.0 * (v - H / 2)).astype(np.float32) * np.where(v < H / 2, 0.02, 1.0)
+
+
+def after(name, amount=0.75, seed=3, relief=None):
+    return changed(picture(), steps() if relief is None else relief, (Change(name, amount),), seed)
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_changes_something_within_range_and_repeats(name):
+    first = after(name)
+    assert first.dtype == np.float32
+    assert np.isfinite(first).all()
+    assert first.min() >= 0
+    assert first.max() <= 1
+    assert np.abs(first - picture()).mean() > 0.01  # measured .012 (dew) to .4 (night)
+    assert first.tobytes() == after(name).tobytes()
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_unknown_relief_is_no_obstacle(name):
+    assert np.isfinite(after(name, relief=np.full((H, W), np.nan, np.float32))).all()
+
+
+@pytest.mark.parametrize("name", sorted(set(EVERY) - {"dew"}))
+def test_more_of_it_changes_more(name):
+    little, much = (np.abs(after(name, a) - picture()).mean() for a in (0.3, 1.0))
+    assert much > 1.2 * little
+
+
+def test_snow_lies_on_what_faces_the_sky():
+    white = after("snow").min(-1)
+    assert white[H // 2 + 6 :].mean() > white[: H // 2 - 6].mean() + 0.1  # measured .27
+
+
+def test_fog_thickens_with_depth():
+    v = np.mgrid[:H, :W][0].astype(np.float32)
+    foggy = after("fog", relief=((H - v) * 5).astype(np.float32))
+    spread = [foggy[rows].std() / picture()[rows].std() for rows in (slice(0, 20), slice(H - 20, H))]
+    assert spread[0] < 0.6 * spread[1]
+
+
+def test_night_is_dark_and_blue_and_moss_is_green():
+    night, moss = after("night"), after("moss", 1.0)
+    assert night.mean() < 0.6 * picture().mean()
+    assert night[..., 2].mean() > 1.1 * night[..., 0].mean()
+    assert moss[..., 1].mean() > 1.2 * moss[..., 2].mean()
+
+
+def test_an_object_and_a_change_in_one_prompt():
+    editor = ObjectEditor()
+    support = Support(np.zeros((H, W), np.float32), 1200.0)
+    day = editor.apply(editor.parse("a ladybug"), picture(), support, 1)
+    night = editor.apply(editor.parse("a ladybug at night"), picture(), support, 1)
+    assert np.array_equal(day.object_mask, night.object_mask)
+    assert night.image[night.object_mask].mean() < 0.7 * day.image[day.object_mask].mean()

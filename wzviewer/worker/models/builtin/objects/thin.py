@@ -1,0 +1,43 @@
+"""Thin parts: balls that hold them, and hairs widened to a pixel."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wzviewer.core.types import DoubleArray
+from wzviewer.worker.models.builtin.objects.primitives import BEZIER, CARD, CONE
+
+LongArray = NDArray[np.int64]
+
+
+def stamps(P: DoubleArray) -> tuple[DoubleArray, DoubleArray, LongArray]:
+    """Returns (points, radii, owners): balls that hold each primitive, small ones along a thin part."""
+    points, radii, owners = [P[:, 30:33]], [P[:, 33]], [np.arange(len(P))]
+    thin = np.isin(P[:, 0], (BEZIER, CONE))
+    t = np.linspace(0, 1, 9)[:, None]
+    for i in np.flatnonzero(thin):
+        row = P[i]
+        if row[0] == BEZIER:
+            a, b, c = row[16:19], row[19:22], row[22:25]
+            curve, thick = (1 - t) ** 2 * a + 2 * t * (1 - t) * b + t * t * c, row[25:27].max()
+        else:
+            curve, thick = row[4:7] + t * row[16] * row[13:16], row[17:19].max()
+        step = np.linalg.norm(np.diff(curve, axis=0), axis=1).max()
+        points.append(curve)
+        radii.append(np.full(9, thick + 0.5 * step + row[2]))
+        owners.append(np.full(9, i))
+    radii[0] = np.where(thin, -1e6, radii[0])  # replaced by their own chains
+    return np.concatenate(points), np.concatenate(radii), np.concatenate(owners).astype(np.int64)
+
+
+def widened(P: DoubleArray, px: float) -> tuple[DoubleArray, DoubleArray]:
+    """Returns primitives at least a pixel wide, and the share of a pixel that each really covers."""
+    P, opacity = P.copy(), np.ones(len(P))
+    for kind, columns in ((BEZIER, (25, 26)), (CONE, (17, 18))):
+        rows = P[:, 0] == kind
+        radius = P[rows][:, columns]
+        opacity[rows] = np.minimum(1.0, radius.max(1) / (0.5 * px)) if rows.any() else 1.0
+        P[np.ix_(rows, columns)] = np.maximum(radius, 0.5 * px)
+    cards = P[:, 0] == CARD
+    P[cards, 17] = np.maximum(P[cards, 17], 0.35 * px)
+    P[:, 33] += 0.5 * px
+    return P, opacity
