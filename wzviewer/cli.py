@@ -76,7 +76,12 @@ def _add_generate(verbs: Any) -> None:  # noqa: ANN401
     command = verbs.add_parser("generate", help="photo -> scene, without a window")
     command.add_argument("image", nargs="?", type=Path)
     command.add_argument("-o", "--output", type=Path, required=True, metavar="SCENE.wz")
-    command.add_argument("--zoom", action=AppendZoom, metavar="X,Y[,FACTOR]", help="fractions of the image")
+    command.add_argument(
+        "--zoom",
+        action=AppendZoom,
+        metavar="X,Y[,FACTOR]",
+        help="centre, as fractions of the image before; 8x closer, or 1 to extend it",
+    )
     command.add_argument("--prompt", action=PromptOfZoom, metavar="TEXT", help="of the --zoom before it")
     command.add_argument("--script", type=Path, metavar="FILE.toml", help="the same as a file")
     command.add_argument("--seed", type=int)
