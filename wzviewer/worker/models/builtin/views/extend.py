@@ -13,7 +13,7 @@ from wzviewer.core.types import BoolArray, FloatArray, IntArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.exemplar import FillTask, fill
 from wzviewer.worker.models.builtin.views.layers import Surface
-from wzviewer.worker.models.builtin.views.outpaint import LABEL_WINDOW_PX, OUTSIDE_RULE
+from wzviewer.worker.models.builtin.views.outpaint import OUTSIDE_RULE, copied_sky
 from wzviewer.worker.models.builtin.views.smoothing import blur
 
 ORIGIN_INSET_PX = 48  # how far inside the known part the search for a pixel beyond its border begins
@@ -41,7 +41,7 @@ def extended(
     logs = axis.log_of(np.where(known, frame.shift, guess)), axis.log_of(guess)
     task = FillTask(picture, known, ~known, picture, known, *logs, origin)
     image, copied_from = fill(task, OUTSIDE_RULE, seed, check)
-    sky = _copied_sky(frame.sky, known, copied_from, label)
+    sky = copied_sky(frame.sky, copied_from, known, label)
     shift = np.where(known, frame.shift, np.where(sky, np.float32(far), ground)).astype(np.float32)
     relief = np.where(known, frame.relief, axis.relief_of(shift)).astype(np.float32)
     return Surface(image, shift, relief, sky)
@@ -78,12 +78,3 @@ def _nearest(mask: BoolArray) -> IntArray:
     place = np.zeros((int(labels.max()) + 1, 2), np.int32)
     place[labels[rows, columns]] = np.stack([rows, columns], -1)
     return np.ascontiguousarray(place[labels])
-
-
-def _copied_sky(sky: BoolArray, known: BoolArray, copied_from: IntArray, label: BoolArray) -> BoolArray:
-    """Gives each painted pixel the sky label of the pixel it was copied from, without specks."""
-    copied = copied_from[..., 0] >= 0
-    own = np.where(copied, sky[copied_from[..., 0], copied_from[..., 1]], label)
-    own = np.where(known, sky, own).astype(np.uint8)
-    smooth = cv2.medianBlur(own * 255, LABEL_WINDOW_PX) > 127
-    return np.asarray(np.where(known, sky, smooth))

@@ -71,7 +71,7 @@ def outpaint(
     guess = np.where(label, np.float32(far), ground)
     image, copied_from = _painted(frame, around, inside, guess, axis, seed, check)
     image = _softened(image, inside)
-    sky = _copied_sky(np.pad(frame.sky, around), copied_from, inside, label)
+    sky = copied_sky(np.pad(frame.sky, around), copied_from, inside, label)
     shift = np.where(sky, np.float32(far), ground)
     shift = np.where(inside, np.pad(frame.shift, around), shift).astype(np.float32)
     shift = np.where(inside, shift, sharpen_steps(shift, axis, gain))
@@ -159,7 +159,7 @@ def _softened(image: FloatArray, inside: BoolArray) -> FloatArray:
     return np.asarray(share * image + (1 - share) * blur(image, SOFT_PX / 3), np.float32)
 
 
-def _copied_sky(sky: BoolArray, copied_from: IntArray, inside: BoolArray, label: BoolArray) -> BoolArray:
+def copied_sky(sky: BoolArray, copied_from: IntArray, inside: BoolArray, label: BoolArray) -> BoolArray:
     """Gives each pad pixel the sky label of the pixel it was copied from, without specks."""
     copied = copied_from[..., 0] >= 0
     own = np.where(copied, sky[copied_from[..., 0], copied_from[..., 1]], label)
