@@ -69,6 +69,10 @@ def test_a_picture_at_rest_is_drawn_once(app, photo):
     app.run(photo, 20)
     app.run(None, 20)
     renderer = app.services.renderer
+    renderer._renderer.is_ready(None)
+    renderer._renderer.wait_for_merged(
+        app.state.scene
+    )  # what arrives in the background is worth a new picture
     first = renderer.draw(app.state.view.camera)
     app.run(None, 5)
     assert renderer.draw(app.state.view.camera) is first
