@@ -25,7 +25,7 @@ from wzviewer.worker.models.builtin.views.outpaint import Canvas, outpaint, unpa
 from wzviewer.worker.models.builtin.views.smoothing import dilated
 from wzviewer.worker.models.builtin.views.thinning import visible_pixels
 
-NUM_LAYERS, NUM_DEEP_LAYERS = 3, 2  # deep levels have their parent behind them
+NUM_LAYERS = 2  # the backdrop is behind them, and at deep levels what coarser ones hid
 SHARP_PAD_PX = 20  # pad pixels farther out are emitted at half the resolution
 PAD_STRIDE = 2
 OVERLAP_PX = 2
@@ -121,7 +121,7 @@ def _background(
     original = Original(front.image, axis.log_of(front.shift), canvas.inside)
     allowed = np.ones(front.shift.shape, np.bool_)
     surfaces, masks = [front], [allowed]
-    for k in range(NUM_LAYERS if axis.wide else NUM_DEEP_LAYERS):
+    for k in range(NUM_LAYERS):
         rule = FIRST_RULE if k == 0 else DEEPER_RULE
         layer, mask = background_layer(
             surfaces[-1], original, allowed, axis, gain, seed + 10 * (k + 1), check, rule
