@@ -26,6 +26,7 @@ from wzviewer.worker.models.builtin.depth.refine import (
     snap_steps,
 )
 from wzviewer.worker.models.builtin.depth.sky import Sky, contour, fuse_sky
+from wzviewer.worker.models.builtin.depth.upright import stand_up
 
 NETWORK_AREA, FINE_AREA = 144 * 96, 216 * 144
 QUARTER_AREA = 272 * 180
@@ -214,6 +215,7 @@ def _refine(disparity: FloatArray, sky: Sky, picture: Pyramid) -> FloatArray:
     ground = d[~soft]
     d = d / max(float(np.percentile(ground, 98)) if ground.size else 1.0, 1e-6)
     labels = segment((picture.half / np.float32(255)).astype(np.float32), max(d.shape), 0.8, 250, 120)
+    d = stand_up(d, soft, labels)
     d = segment_planes(d, soft, labels)
     d = extend_under(d, soft)
     d = cv2.bilateralFilter(d, 9, 0.06, 4)

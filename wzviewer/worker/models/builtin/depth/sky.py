@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, DoubleArray, FloatArray
+from wzviewer.worker.models.builtin.depth.outline import regrow
 
 LOGIT_LIMIT = 6.0
 
@@ -140,6 +141,7 @@ def contour(probability: FloatArray, half: ByteArray, full: ByteArray) -> Sky:
     fine = cv2.resize(p, full.shape[1::-1], interpolation=cv2.INTER_LINEAR)
     fine = smooth_like(full, fine, 12, 9)
     mask = cv2.medianBlur((fine > 0.5).astype(np.uint8), 5) > 0
+    mask = regrow(_without_specks(mask), full)
     return Sky(p.astype(np.float32), _without_specks(mask))
 
 

@@ -1,0 +1,149 @@
+"""Things that stand on the ground stand up.
+
+The network hedges: what stands gets a part of the ground's slope, so a house leans back like its lawn.
+The share of the ground's slope that each segment has tells the two apart; what has little of it gets none,
+and the map is put together again from its slopes:
+
+    min  sum w_y (d'_y - k d_y)^2 + w_x (d'_x - d_x)^2 + hold (d' - d)^2
+
+with k the segment's share after the decision.  `w` breaks where a standing thing ends above and beside,
+never where it meets the ground below; `hold` is firm on the ground.
+"""
+
+import cv2
+import numpy as np
+from numba import njit
+
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray, IntArray
+
+STANDS, LIES = 0.70, 0.92  # shares of the ground's slope: below the one and above the other it is sure
+LEAST_SLOPE = 0.35  # ground disparity over the picture's height; flatter is no ground seen from above
+HOLD_GROUND, HOLD_STANDING = 0.05, 0.00006
+OPEN_EDGE, SAME_KIND_EDGE = 0.001, 0.35  # weights across segment borders
+WIDE = (2.6, 3.4)  # width over height from which a segment lies rather than stands
+SWEEPS, OVER_RELAXATION = 160, 1.9
+
+
+def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray:
+    """Removes the ground's slope from what stands.
+
+    Args:
+        d: (h, w) disparity whose 98th percentile is about 1.
+        sky: (h, w).
+        labels: (h, w) segments 0..n-1.
+
+    Returns:
+        (h, w); `d` itself where no ground is seen from above.
+    """
+    h, w = d.shape
+    size = (max(w // 2, 2), max(h // 2, 2))
+    small = cv2.resize(d, size, interpolation=cv2.INTER_AREA)
+    hidden = cv2.resize(sky.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    parts = cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST)
+    share = slope_shares(small, hidden, parts)
+    if share is None:
+        return d
+    kept = np.maximum(_decided(share), _flat_shapes(parts))
+    change = _reassembled(small, hidden, parts, kept) - small
+    change[hidden] = 0
+    return (d + cv2.resize(change, (w, h), interpolation=cv2.INTER_LINEAR)).astype(np.float32)
+
+
+def slope_shares(d: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray | None:
+    """(h, w) mean slope of each pixel's segment over the ground's; None where there is no ground."""
+    h = d.shape[0]
+    slope = cv2.Sobel(cv2.GaussianBlur(d, (0, 0), 1.0), cv2.CV_32F, 0, 1) / 8 * h
+    sure = ~(cv2.dilate(sky.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0)
+    # the step at a thing's border is not its slope
+    inner = cv2.morphologyEx(labels.astype(np.float32), cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8)) == 0
+    weight = sure * (inner + np.float32(0.01))
+    count = int(labels.max()) + 1
+    mass = np.bincount(labels.ravel(), weight.ravel(), minlength=count) + 1e-6
+    mean = np.bincount(labels.ravel(), (slope * weight).ravel(), minlength=count) / mass
+    lower = sure & (np.arange(h)[:, None] > h // 3)
+    if lower.mean() < 0.1:
+        return None
+    ground = float(np.percentile(mean[labels][lower], 75))
+    if ground < LEAST_SLOPE:
+        return None
+    return (mean[labels] / ground).astype(np.float32)
+
+
+def _decided(share: FloatArray) -> FloatArray:
+    """The share of its slope that a pixel keeps: 0 stands, 1 lies (or faces down, or is a step)."""
+    t = np.clip((share - STANDS) / (LIES - STANDS), 0, 1)
+    kept = t * t * (3 - 2 * t)
+    return np.where(share < -0.2, 1, kept).astype(np.float32)
+
+
+def _flat_shapes(labels: IntArray) -> FloatArray:
+    """1 where a segment is so much wider than tall that it lies (a lake, a road), else 0."""
+    h, w = labels.shape
+    count = int(labels.max()) + 1
+    y, x = np.mgrid[:h, :w].astype(np.float64)
+    flat = labels.ravel()
+    mass = np.maximum(np.bincount(flat, minlength=count), 1)
+
+    def spread(v: DoubleArray) -> DoubleArray:
+        mean = np.bincount(flat, v.ravel(), minlength=count) / mass
+        return np.asarray(np.bincount(flat, ((v - mean[labels]) ** 2).ravel(), minlength=count) / mass)
+
+    flatness = np.sqrt(spread(x) / (spread(y) + 1.0))
+    return np.clip((flatness - WIDE[0]) / (WIDE[1] - WIDE[0]), 0, 1)[labels].astype(np.float32)
+
+
+def _reassembled(d: FloatArray, sky: BoolArray, labels: IntArray, kept: FloatArray) -> FloatArray:
+    """Solves for the map with the kept slopes."""
+    down, across = np.diff(d, axis=0), np.diff(d, axis=1)
+    border_y, border_x = labels[1:] != labels[:-1], labels[:, 1:] != labels[:, :-1]
+    similar_y = np.abs(kept[1:] - kept[:-1]) < 0.35
+    similar_x = np.abs(kept[:, 1:] - kept[:, :-1]) < 0.35
+    foot = kept[1:] > kept[:-1]  # what is below lies, what is above stands: they touch
+    weight_y = np.where(border_y & ~foot, np.where(similar_y, SAME_KIND_EDGE, OPEN_EDGE), 1.0)
+    weight_x = np.where(border_x, np.where(similar_x, SAME_KIND_EDGE, OPEN_EDGE), 1.0)
+    weight_y[sky[1:] | sky[:-1]] = 0
+    weight_x[sky[:, 1:] | sky[:, :-1]] = 0
+    share = np.minimum(kept[1:], kept[:-1])
+    target_y = np.where(down > 0, share * down, down)
+    hold = HOLD_STANDING + (HOLD_GROUND - HOLD_STANDING) * kept
+    hold[sky] = 1.0
+    arrays = (d, target_y, across, weight_y, weight_x, hold)
+    solved = np.ascontiguousarray(d, np.float32).copy()
+    _relax(*(np.ascontiguousarray(a, np.float32) for a in arrays), solved)
+    return solved
+
+
+@njit(cache=True, nogil=True)
+def _relax(
+    d: FloatArray,
+    target_y: FloatArray,
+    target_x: FloatArray,
+    weight_y: FloatArray,
+    weight_x: FloatArray,
+    hold: FloatArray,
+    solved: FloatArray,
+) -> None:
+    """Successive over-relaxation of the normal equations, in place."""
+    h, w = d.shape
+    for _ in range(SWEEPS):
+        for i in range(h):
+            for j in range(w):
+                mass = hold[i, j]
+                total = hold[i, j] * d[i, j]
+                if i > 0:
+                    a = weight_y[i - 1, j]
+                    mass += a
+                    total += a * (solved[i - 1, j] + target_y[i - 1, j])
+                if i + 1 < h:
+                    a = weight_y[i, j]
+                    mass += a
+                    total += a * (solved[i + 1, j] - target_y[i, j])
+                if j > 0:
+                    a = weight_x[i, j - 1]
+                    mass += a
+                    total += a * (solved[i, j - 1] + target_x[i, j - 1])
+                if j + 1 < w:
+                    a = weight_x[i, j]
+                    mass += a
+                    total += a * (solved[i, j + 1] - target_x[i, j])
+                solved[i, j] += np.float32(OVER_RELAXATION) * (total / mass - solved[i, j])
