@@ -1,7 +1,7 @@
 import cv2
 import numpy as np
 
-from wzviewer.worker.models.builtin.depth.outline import regrow, unlike_sky
+from wzviewer.worker.models.builtin.depth.outline import regrow, spread, unlike_sky
 
 
 def spiky(h=360, w=540, ground=(60, 90, 40), spike=(200, 170, 40)):
@@ -57,3 +57,15 @@ def test_the_sky_is_like_itself_and_a_thing_is_not():
     distance = unlike_sky(lab, truth, 0.5)
     assert np.percentile(distance[truth], 99) < 3.2  # measured: 0.95
     assert np.percentile(distance[blunt & ~truth], 5) > 6  # measured: 17
+
+
+def test_the_sky_spreads_over_its_own_color_but_not_where_the_network_denies_it():
+    image, truth, _ = spiky()
+    short = truth.copy()
+    short[200:] = False
+    missing = truth & ~short
+    for belief, share in ((0.4, 0.85), (0.1, 0.0)):
+        found = spread(short, image, np.full(truth.shape, belief, np.float32))
+        assert (found & missing).sum() >= share * missing.sum()  # measured: 0.91 and 0
+        assert (found & ~truth).sum() <= 0.02 * missing.sum()  # measured: 0
+        assert belief > 0.2 or np.array_equal(found, short)

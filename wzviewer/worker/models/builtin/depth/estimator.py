@@ -25,7 +25,7 @@ from wzviewer.worker.models.builtin.depth.refine import (
     smooth_disparity,
     snap_steps,
 )
-from wzviewer.worker.models.builtin.depth.sky import Sky, contour, fuse_sky
+from wzviewer.worker.models.builtin.depth.sky import Sky, contour, fuse_sky, sigmoid
 from wzviewer.worker.models.builtin.depth.upright import stand_up
 
 NETWORK_AREA, FINE_AREA = 144 * 96, 216 * 144
@@ -91,7 +91,7 @@ class DepthEstimator:
         """
         picture = Pyramid.of(image)
         disparity, logit, confidence = self._look(picture)
-        sky = contour(fuse_sky(logit, picture.quarter), picture.half, picture.full)
+        sky = contour(fuse_sky(logit, picture.quarter), picture.half, picture.full, sigmoid(logit))
         disparity, gate = _with_focus(disparity, sky, picture)
         disparity = _refine(disparity, sky, picture)
         kind = "macro" if gate > 0.5 else ("landscape" if sky.mask.mean() > 0.03 else "indoor")

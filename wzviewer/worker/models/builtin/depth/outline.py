@@ -17,6 +17,7 @@ SURE_PX, REACH_PX, THIN_PX, SKIRT_PX, FRINGE_PX = 10, 60, 24, 4, 40
 SPREAD = (9.0, 5.0, 5.0)  # of the sky's own colour, 8-bit Lab, at the least
 UNLIKE, LIKE, OUTLIER = 3.2, 1.6, 2.5  # Mahalanobis distances
 CLEARLY = 1.5
+SAME, ALLOWED = 2.0, 0.2  # distance and belief with which the sky spreads
 SHRINK = 4  # the colour model is smooth
 
 
@@ -42,6 +43,21 @@ def regrow(mask: BoolArray, image: ByteArray) -> BoolArray:
     away = _distance_to(mask)
     skirt = like & ((away <= SKIRT_PX * unit) | ((away <= FRINGE_PX * unit) & (ground > distance + CLEARLY)))
     return np.asarray(mask | _joined(skirt, mask), bool)
+
+
+def spread(sky: BoolArray, image: ByteArray, belief: FloatArray) -> BoolArray:
+    """Extends a sky mask over what has its colour and is not denied by the network.
+
+    Args:
+        sky: (h, w).
+        image: (h, w, 3) u8 RGB.
+        belief: (h, w) the network's probability of sky.
+    """
+    if not sky.any() or sky.all():
+        return sky
+    lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB).astype(np.float32)
+    same = unlike_sky(lab, sky, sky.shape[0] / UNIT_HEIGHT) < SAME
+    return np.asarray(sky | _joined(same & (belief > ALLOWED) & ~sky, sky), bool)
 
 
 def unlike_sky(lab: FloatArray, mask: BoolArray, unit: float) -> FloatArray:
