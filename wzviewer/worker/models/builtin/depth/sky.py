@@ -142,11 +142,11 @@ def contour(
         return Sky(np.zeros_like(k), np.zeros(full.shape[:2], bool))
     sure = (2 * k - 1) ** 2 + 0.02
     share = smooth_like(half, k * sure, 500, 7) / np.maximum(smooth_like(half, sure, 500, 7), 1e-6)
-    share = np.asarray(np.clip(share, 0, 1), np.float32)
+    share = np.clip(share, 0, 1)
     doubted = k if belief is None else _at(belief, half)
     share[spread(share > 0.5, half, doubted) & (share <= 0.5)] = 0.75
     share[cut_off(share > 0.5, fine_detail(full, half.shape[1::-1]), doubted)] = 0
-    p = tidy(share)
+    p = tidy(share.astype(np.float32))
     fine = cv2.resize(p, full.shape[1::-1], interpolation=cv2.INTER_LINEAR)
     fine = smooth_like(full, fine, 12, 9)
     mask = cv2.medianBlur((fine > 0.5).astype(np.uint8), 5) > 0
