@@ -41,3 +41,11 @@ def test_birds_and_no_sky_are_left_alone():
 def test_detail_finer_than_a_cloud_is_told_from_a_cloud():
     crisp, soft = (fine_detail(scene(s)[0], (544, 360)) for s in (0, 14))
     assert crisp.max() > 8 * soft.max()  # measured: 22 times
+
+
+def test_a_window_is_not_the_sky():
+    image, sky, _ = scene(14)
+    window = np.zeros_like(sky)
+    window[100:150, 300:380] = True
+    detail = fine_detail(image, (544, 360))
+    assert np.array_equal(cut_off(window, detail, window * np.float32(0.9)), window)

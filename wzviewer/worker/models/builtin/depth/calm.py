@@ -11,6 +11,7 @@ from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 
 LEAST_EDGE, EDGE_OVER_CALM = 1.8, 2.0  # grey levels of fine detail that make an edge crisp
 PASS_PX, FRINGE_PX, DEEP_PX = 9, 11, 26  # of a picture 360 px tall: closed gaps, width of an edge, of a thing
+LARGEST_WINDOW = 0.05  # of the picture
 SURE_SKY = 0.72  # the network's mean belief in a part that may stay although it is cut off
 
 
@@ -42,9 +43,9 @@ def cut_off(sky: BoolArray, detail: FloatArray, belief: FloatArray) -> BoolArray
     calm = cv2.morphologyEx(calm, cv2.MORPH_OPEN, _disc(PASS_PX * unit / 2))
     _, labels = cv2.connectedComponents(calm, connectivity=4)
     reached = np.isin(labels, np.unique(labels[0][labels[0] > 0]))
+    if not reached.any():  # windows
+        return sky if sky.mean() < LARGEST_WINDOW else np.zeros_like(sky)
     open_sky = cv2.dilate(reached.astype(np.uint8), _disc(FRINGE_PX * unit)) > 0
-    if not reached.any():
-        return np.zeros_like(sky)
     count, parts = cv2.connectedComponents((sky & ~open_sky).astype(np.uint8), connectivity=4)
     size = np.maximum(np.bincount(parts.ravel(), minlength=count), 1)
     away = cv2.distanceTransform((~reached).astype(np.uint8), cv2.DIST_L2, 5)

@@ -73,7 +73,8 @@ def unlike_sky(lab: FloatArray, mask: BoolArray, unit: float) -> FloatArray:
     """
     sure = _eroded(mask, SURE_PX * unit)
     sure = sure if sure.mean() > 0.2 * mask.mean() else mask
-    wide = _distance(lab, sure, 66 * unit)
+    wide = _distance(lab[::SHRINK, ::SHRINK], sure[::SHRINK, ::SHRINK], 66 * unit / SHRINK)
+    wide = cv2.resize(wide, mask.shape[::-1], interpolation=cv2.INTER_NEAREST)
     settled = sure & (wide < OUTLIER)  # what was lost to the mask must not colour it
     return _distance(lab, settled if settled.any() else sure, 22 * unit)
 
@@ -89,7 +90,8 @@ def _distance(lab: FloatArray, sure: BoolArray, sigma_px: float) -> FloatArray:
     mean = first / mass[..., None]
     spread = np.maximum(second / mass[..., None] - mean * mean, 0) + np.square(np.array(SPREAD, np.float32))
     mean, spread = (cv2.resize(m, (w, h), interpolation=cv2.INTER_LINEAR) for m in (mean, spread))
-    return np.sqrt(((lab - mean) ** 2 / spread).sum(2)).astype(np.float32)
+    square = (lab - mean) ** 2 / spread
+    return np.sqrt(square[..., 0] + square[..., 1] + square[..., 2]).astype(np.float32)
 
 
 def _wide(v: FloatArray, sigma: float) -> FloatArray:

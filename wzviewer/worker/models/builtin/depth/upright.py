@@ -20,7 +20,8 @@ STANDS, LIES = 0.70, 0.92  # shares of the ground's slope: below the one and abo
 LEAST_SLOPE = 0.35  # ground disparity over the picture's height; flatter is no ground seen from above
 HOLD_GROUND, HOLD_STANDING = 0.05, 0.00006
 OPEN_EDGE, SAME_KIND_EDGE = 0.001, 0.35  # weights across segment borders
-WIDE = (2.6, 3.4)  # width over height from which a segment lies rather than stands
+WIDE = (0.38, 0.29)  # height over width below which a segment lies rather than stands
+TALL, SLIM_BONUS = (1.2, 1.8), 0.25  # and above which less of a hint is enough
 SWEEPS, OVER_RELAXATION = 160, 1.9
 
 
@@ -43,7 +44,11 @@ def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray:
     share = slope_shares(small, hidden, parts)
     if share is None:
         return d
-    kept = np.maximum(_decided(share), _flat_shapes(parts))
+    tallness = tall_shapes(parts)
+    slim = np.clip((tallness - TALL[0]) / (TALL[1] - TALL[0]), 0, 1)
+    hinted = np.clip((1 - share) / 0.1, 0, 1)  # a path that runs away from the eye is slim as well
+    flat = np.clip((WIDE[0] - tallness) / (WIDE[0] - WIDE[1]), 0, 1)
+    kept = np.maximum(_decided(share - SLIM_BONUS * slim * hinted), flat)
     change = _reassembled(small, hidden, parts, kept) - small
     change[hidden] = 0
     return (d + cv2.resize(change, (w, h), interpolation=cv2.INTER_LINEAR)).astype(np.float32)
@@ -57,6 +62,7 @@ def slope_shares(d: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray 
     # the step at a thing's border is not its slope
     inner = cv2.morphologyEx(labels.astype(np.float32), cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8)) == 0
     weight = sure * (inner + np.float32(0.01))
+    weight[-max(h // 12, 1) :] *= 0.01  # the network's map flattens at the lower border
     count = int(labels.max()) + 1
     mass = np.bincount(labels.ravel(), weight.ravel(), minlength=count) + 1e-6
     mean = np.bincount(labels.ravel(), (slope * weight).ravel(), minlength=count) / mass
@@ -66,7 +72,8 @@ def slope_shares(d: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray 
     ground = float(np.percentile(mean[labels][lower], 75))
     if ground < LEAST_SLOPE:
         return None
-    return (mean[labels] / ground).astype(np.float32)
+    share = np.where(mass < 0.05, 1, mean / ground)  # nothing of it can be read
+    return share[labels].astype(np.float32)
 
 
 def _decided(share: FloatArray) -> FloatArray:
@@ -76,8 +83,8 @@ def _decided(share: FloatArray) -> FloatArray:
     return np.where(share < -0.2, 1, kept).astype(np.float32)
 
 
-def _flat_shapes(labels: IntArray) -> FloatArray:
-    """1 where a segment is so much wider than tall that it lies (a lake, a road), else 0."""
+def tall_shapes(labels: IntArray) -> FloatArray:
+    """(h, w) height over width (standard deviations) of each pixel's segment."""
     h, w = labels.shape
     count = int(labels.max()) + 1
     y, x = np.mgrid[:h, :w].astype(np.float64)
@@ -88,8 +95,7 @@ def _flat_shapes(labels: IntArray) -> FloatArray:
         mean = np.bincount(flat, v.ravel(), minlength=count) / mass
         return np.asarray(np.bincount(flat, ((v - mean[labels]) ** 2).ravel(), minlength=count) / mass)
 
-    flatness = np.sqrt(spread(x) / (spread(y) + 1.0))
-    return np.clip((flatness - WIDE[0]) / (WIDE[1] - WIDE[0]), 0, 1)[labels].astype(np.float32)
+    return np.sqrt((spread(y) + 1.0) / (spread(x) + 1.0))[labels].astype(np.float32)
 
 
 def _reassembled(d: FloatArray, sky: BoolArray, labels: IntArray, kept: FloatArray) -> FloatArray:
