@@ -165,8 +165,9 @@ def render(
     light: FloatArray,
     color: FloatArray,
     disparity: FloatArray,
+    upright: FloatArray,
 ) -> None:
-    """Fills `color` (h, w, 3) and `disparity` (h, w); pixels that meet nothing keep what they had.
+    """Fills `color` (h, w, 3), `disparity` and `upright` (h, w); pixels that meet nothing keep what they had.
 
     Args:
         prims: (n, PRIM_COLUMNS).
@@ -180,6 +181,7 @@ def render(
         light: x, y, z, ambient, 1 for a point light (position) or 0 for a direction.
         color: written.
         disparity: written, 1/z.
+        upright: written, 1 on what stands (walls, roofs, round things), 0 on floors, tops, ceilings.
     """
     h, w = disparity.shape
     albedo = np.zeros(3, np.float32)
@@ -202,6 +204,7 @@ def render(
                 float(rotation[2, 0] * cu + rotation[2, 1] * cv + rotation[2, 2]),
             )
             best, nx, ny, nz, px, py, pz, which = FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1
+            solid = 0
             for slot in range(count):
                 k = active[slot]
                 if not in_column[k, j]:
@@ -209,12 +212,13 @@ def render(
                 t, a, b, c, lx, ly, lz = hit(prims[k], o, d, 0.05)
                 if t < best:
                     best, nx, ny, nz, px, py, pz, which = t, a, b, c, lx, ly, lz, int(prims[k, 9])
+                    solid = int(prims[k, 0])
                     if prims[k, 0] == 2 and abs(b) > 0.5:
                         which += 1 if b > 0 else 2
             if span > 0:
                 t = _march(field, span, o, d)
                 if t < best:
-                    best, which = t, field_material
+                    best, which, solid = t, field_material, 0
                     px, py, pz = o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]
                     e = 0.004 * t + span / field.shape[0]
                     nx = _height(field, span, px - e, pz) - _height(field, span, px + e, pz)
@@ -249,3 +253,4 @@ def render(
             for k in range(3):
                 color[i, j, k] = albedo[k] * shade
             disparity[i, j] = 1.0 / best
+            upright[i, j] = 1.0 if solid > 2 or abs(ny) < 0.7 else 0.0

@@ -28,7 +28,10 @@ KINDS: list[tuple[Callable[[Scene], None], float]] = [
 ]  # fmt: skip
 
 
-def sample(seed: int, width: int, height: int) -> tuple[NDArray[np.uint8], FloatArray, BoolArray] | None:
+Sample = tuple[NDArray[np.uint8], FloatArray, BoolArray, BoolArray]
+
+
+def sample(seed: int, width: int, height: int) -> Sample | None:
     """One training picture.
 
     Args:
@@ -37,8 +40,8 @@ def sample(seed: int, width: int, height: int) -> tuple[NDArray[np.uint8], Float
         height: likewise.
 
     Returns:
-        Colour (h, w, 3) u8, disparity (h/2, w/2) f32 relative to its 95th percentile, and the sky
-        mask (h/2, w/2); None where chance made something without depth.
+        Colour (h, w, 3) u8, disparity (h/2, w/2) f32 relative to its 95th percentile, the sky
+        mask and the mask of what stands (h/2, w/2); None where chance made something without depth.
     """
     random = np.random.default_rng(seed)
     w, h = width * 5 // 4, height * 5 // 4
@@ -46,14 +49,16 @@ def sample(seed: int, width: int, height: int) -> tuple[NDArray[np.uint8], Float
     scene = Scene(random, w, h, focal=max(w, h) / 2 / np.tan(half_view))
     weights = np.array([weight for _, weight in KINDS])
     KINDS[random.choice(len(KINDS), p=weights / weights.sum())][0](scene)
-    color, disparity, sky = trace(scene)
+    color, disparity, sky, upright = trace(scene)
     color = cv2.resize(photograph(color, disparity, scene), (width, height), interpolation=cv2.INTER_AREA)
     size = (width // 2, height // 2)
     disparity = cv2.resize(disparity, size, interpolation=cv2.INTER_NEAREST)
-    sky = cv2.resize(sky.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    sky, upright = (
+        cv2.resize(m.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0 for m in (sky, upright)
+    )
     if sky.mean() > 0.85:
         return None
     disparity = np.clip(disparity / max(float(np.percentile(disparity[~sky], 95)), 1e-6), 0, 2.5)
     if disparity[~sky].std() < 0.03:
         return None
-    return digitise(color, scene), disparity.astype(np.float32), sky
+    return digitise(color, scene), disparity.astype(np.float32), sky, upright

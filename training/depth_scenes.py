@@ -187,11 +187,11 @@ def _backdrop(scene: Scene) -> FloatArray:
     return cv2.GaussianBlur(image, (0, 0), scene.uniform(2, 9))
 
 
-def trace(scene: Scene) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Colour (h, w, 3), 1/z (h, w) and the sky mask before any camera effect."""
+def trace(scene: Scene) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
+    """Colour (h, w, 3), 1/z (h, w), the sky mask and what stands, before any camera effect."""
     h, w, random = scene.height, scene.width, scene.random
     color = sky_colors(scene) if scene.sky else _backdrop(scene)
-    disparity = np.zeros((h, w), np.float32)
+    disparity, upright = np.zeros((2, h, w), np.float32)
     pitch, roll = np.radians(scene.pitch_deg), np.radians(random.normal(0, 2))
     c, s, cr, sr = np.cos(pitch), np.sin(pitch), np.cos(roll), np.sin(roll)
     tilt = np.array([[1, 0, 0], [0, -c, -s], [0, -s, c]]) @ np.array([[cr, -sr, 0], [sr, cr, 0], [0, 0, 1]])
@@ -202,10 +202,10 @@ def trace(scene: Scene) -> tuple[FloatArray, FloatArray, BoolArray]:
     materials = np.array(scene.materials or [[0] * MATERIAL_COLUMNS], np.float32)
     render(prims, materials, scene.relief, float(scene.span), scene.relief_material, tilt.astype(np.float32),
            np.array(scene.eye, np.float32), np.array(lens, np.float32), np.array(light, np.float32),
-           color, disparity)  # fmt: skip
+           color, disparity, upright)  # fmt: skip
     if not scene.sky:
         disparity[disparity == 0] = scene.backdrop
-    canvas = Canvas(color, disparity)
+    canvas = Canvas(color, disparity, upright)
     for sprite in scene.sprites:
         sprite(canvas)
-    return color, disparity, disparity <= 0
+    return color, disparity, disparity <= 0, upright > 0.5

@@ -13,10 +13,11 @@ FloatArray = NDArray[np.float32]
 
 @dataclass
 class Canvas:
-    """Colour (h, w, 3) and disparity (h, w) while sprites are pasted, nearest wins."""
+    """Colour (h, w, 3), disparity and what stands (h, w) while sprites are pasted, nearest wins."""
 
     color: FloatArray
     disparity: FloatArray
+    upright: FloatArray
     rough: float = 0.3
 
     def paste(
@@ -39,6 +40,7 @@ class Canvas:
         ramp = ramp * (1 + self.rough * _grain(mask.shape, int(everything.sum())))[..., None]
         self.color[here][front] = (color * ramp)[front]
         self.disparity[here][front] = depth_here[front]
+        self.upright[here][front] = 1.0
 
 
 _GRAINS = np.random.default_rng(5).random((4, 96, 96)).astype(np.float32) - 0.5

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from safetensors.torch import load_file
+from train_depth import started_from
 
 from wzviewer.core.camera import Camera
 from wzviewer.worker.models.builtin.depth import DepthEstimator, depth_from_reading
@@ -32,8 +33,7 @@ def estimator_with(weights: Path | None) -> DepthEstimator:
     """The packaged estimator, or the same with other weights."""
     estimator = DepthEstimator()
     if weights is not None:
-        state = {name: value.float() for name, value in load_file(str(weights)).items()}
-        estimator._network.load_state_dict(state)
+        estimator._network.load_state_dict(started_from(load_file(str(weights))))
     return estimator
 
 

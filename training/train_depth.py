@@ -6,8 +6,9 @@
 
 Runs on one CPU core (and a second for the scenes); may be killed and resumed.  Losses: with
 f(d) = sqrt(d + 0.02) and every disparity term masked by "not sky", 2 mean|f(p) - f(g)|
-+ 0.5 scale-and-shift-invariant + 0.6 gradients at four sizes + 0.6 sky cross entropy.  The gradients make
-things stand: a house that leans like its ground has the right mean depth and the wrong slope.
++ 0.5 scale-and-shift-invariant + 0.6 gradients at four sizes + 0.6 cross entropy of the sky + 0.8 of what
+stands.  The last is what makes things stand: a house that leans like its ground has the right mean depth
+and the wrong slope, and which of the two a thing is can be learned long before its depth.
 """
 
 import argparse
@@ -32,9 +33,9 @@ from wzviewer.worker.models.builtin.depth.network import DepthNetwork
 SHAPES = ((144, 96), (192, 128), (112, 112), (96, 144))
 SHARES = (0.45, 0.35, 0.08, 0.12)
 BATCH, POOL, EMA = 16, 250, 0.998
-WARM = 30  # batches before the first step
+WARM = 16  # batches before the first step
 REUSE = 3  # steps a fresh batch: scenes cost more than steps, and no two crops are the same
-Batch = tuple[NDArray[np.uint8], NDArray[np.float16], NDArray[np.bool_]]
+Batch = tuple[NDArray[np.uint8], NDArray[np.float16], NDArray[np.bool_], NDArray[np.bool_]]
 
 
 def make_scenes(seed: int, outbox: Any) -> None:  # noqa: ANN401
@@ -50,8 +51,8 @@ def make_scenes(seed: int, outbox: Any) -> None:  # noqa: ANN401
             made = sample(int(random.integers(1 << 62)), width, height)
             if made is not None:
                 parts.append(made)
-        color, disparity, sky = (np.stack(column) for column in zip(*parts, strict=True))
-        outbox.put((color, disparity.astype(np.float16), sky))
+        color, disparity, sky, upright = (np.stack(column) for column in zip(*parts, strict=True))
+        outbox.put((color, disparity.astype(np.float16), sky, upright))
 
 
 class Pool:
@@ -87,41 +88,37 @@ class Pool:
         picks = [
             (kept[self.random.integers(len(kept))], int(self.random.integers(BATCH))) for _ in range(BATCH)
         ]
-        return tuple(np.stack([batch[k][i] for batch, i in picks]) for k in range(3))  # type: ignore[return-value]
+        return tuple(np.stack([batch[k][i] for batch, i in picks]) for k in range(4))  # type: ignore[return-value]
 
 
-def to_tensors(batch: Batch, random: np.random.Generator) -> tuple[Tensor, Tensor, Tensor]:
-    """Images (n, 3, h, w), disparity and sky (n, h/2, w/2), cropped, flipped and recoloured by chance."""
+def to_tensors(batch: Batch, random: np.random.Generator) -> tuple[Tensor, Tensor]:
+    """Images (n, 3, h, w) and truth (n, 3, h/2, w/2): disparity, sky, upright; changed by chance."""
     image = torch.from_numpy(batch[0]).float().div(255).permute(0, 3, 1, 2)
-    disparity, sky = torch.from_numpy(batch[1]).float(), torch.from_numpy(batch[2]).float()
+    truth = torch.stack([torch.from_numpy(part).float() for part in batch[1:]], 1)
     if random.random() < 0.4:
-        image, disparity, sky = _magnified(image, disparity, sky, random)
+        image, truth = _magnified(image, truth, random)
     flip = torch.from_numpy(random.random(BATCH) < 0.5)
-    image[flip], disparity[flip], sky[flip] = (
-        image[flip].flip(-1),
-        disparity[flip].flip(-1),
-        sky[flip].flip(-1),
-    )
-    return _recolored(image, random), disparity, sky
+    image[flip], truth[flip] = image[flip].flip(-1), truth[flip].flip(-1)
+    return _recolored(image, random), truth
 
 
-def _magnified(
-    image: Tensor, disparity: Tensor, sky: Tensor, random: np.random.Generator
-) -> tuple[Tensor, Tensor, Tensor]:
+def _magnified(image: Tensor, truth: Tensor, random: np.random.Generator) -> tuple[Tensor, Tensor]:
     """A window of the pictures at the full size again: another lens, another horizon."""
-    h, w = disparity.shape[-2:]
+    h, w = truth.shape[-2:]
     share = random.uniform(0.65, 1)
     rows, columns = int(h * share), int(w * share)
     top, left = int(random.integers(h - rows + 1)), int(random.integers(w - columns + 1))
     part = image[..., 2 * top : 2 * (top + rows), 2 * left : 2 * (left + columns)]
     image = functional.interpolate(part, size=(2 * h, 2 * w), mode="bilinear", align_corners=False)
-    maps = torch.stack([disparity, sky], 1)[..., top : top + rows, left : left + columns]
-    disparity, sky = functional.interpolate(maps, size=(h, w), mode="nearest").unbind(1)
-    for d, k in zip(disparity, sky, strict=True):
+    truth = functional.interpolate(
+        truth[..., top : top + rows, left : left + columns], size=(h, w), mode="nearest"
+    )
+    for d, k, _ in truth:
         ground = d[k < 0.5]
         if len(ground) > 50:
             d /= torch.quantile(ground, 0.95).clamp(min=1e-3)
-    return image, disparity.clamp(0, 2.5), sky
+    truth[:, 0].clamp_(0, 2.5)
+    return image, truth
 
 
 def _recolored(image: Tensor, random: np.random.Generator) -> Tensor:
@@ -143,8 +140,15 @@ def _recolored(image: Tensor, random: np.random.Generator) -> Tensor:
     return (image + noise).clamp(0, 1)
 
 
-def depth_loss(p: Tensor, logit: Tensor, g: Tensor, sky: Tensor) -> tuple[Tensor, dict[str, float]]:
-    """The loss of the module docstring and its parts; all (n, h, w)."""
+def depth_loss(guess: tuple[Tensor, ...], truth: Tensor) -> tuple[Tensor, dict[str, float]]:
+    """The loss of the module docstring and its parts.
+
+    Args:
+        guess: disparity, sky logit, upright logit, each (n, h, w).
+        truth: (n, 3, h, w) the same as numbers and masks.
+    """
+    p, logit, stands = guess
+    g, sky, upright = truth.unbind(1)
     w = 1 - sky
     count = w.sum((1, 2)) + 1
     fp, fg = (p + 0.02).sqrt(), (g + 0.02).sqrt()
@@ -157,8 +161,11 @@ def depth_loss(p: Tensor, logit: Tensor, g: Tensor, sky: Tensor) -> tuple[Tensor
         gradient = gradient + ((e[:, :, 1:] - e[:, :, :-1]).abs() * mx).sum() / (mx.sum() + 1)
         gradient = gradient + ((e[:, 1:] - e[:, :-1]).abs() * my).sum() / (my.sum() + 1)
     entropy = functional.binary_cross_entropy_with_logits(logit, sky)
-    total = 2 * level + 0.5 * invariant + 0.6 * gradient + 0.6 * entropy
-    parts = {"level": level, "invariant": invariant, "gradient": gradient, "sky": entropy}
+    standing = functional.binary_cross_entropy_with_logits(stands, upright, w)
+    total = 2 * level + 0.5 * invariant + 0.6 * gradient + 0.6 * entropy + 0.8 * standing
+    parts = {
+        "level": level, "invariant": invariant, "gradient": gradient, "sky": entropy, "stands": standing,
+    }  # fmt: skip
     return total, {name: float(v.detach()) for name, v in parts.items()}
 
 
@@ -186,6 +193,15 @@ def learning_rate(step: int, progress: float, peak: float) -> float:
     )
 
 
+def started_from(state: dict[str, Tensor]) -> dict[str, Tensor]:
+    """Weights to begin with; an older file has no output for what stands, which begins at zero."""
+    state = {name: value.float() for name, value in state.items()}
+    for name in ("out.weight", "out.bias"):
+        missing = 3 - len(state[name])
+        state[name] = torch.cat([state[name], torch.zeros(missing, *state[name].shape[1:])])
+    return state
+
+
 class Course:
     """Network, its running average, optimiser and how far they have come."""
 
@@ -193,8 +209,7 @@ class Course:
         self.network, self.average = DepthNetwork(), DepthNetwork()
         self.work, self.seen, self.minutes = Path(arguments.work), 0, 0.0
         if arguments.start:
-            state = {name: value.float() for name, value in load_file(arguments.start).items()}
-            self.network.load_state_dict(state)
+            self.network.load_state_dict(started_from(load_file(arguments.start)))
         self.average.load_state_dict(self.network.state_dict())
         if arguments.resume and (self.work / "state.json").exists():
             self.network.load_state_dict(load_file(str(self.work / "last.safetensors")))
@@ -203,14 +218,14 @@ class Course:
             self.seen, self.minutes = state["seen"], state["minutes"]
         self.optimizer = torch.optim.AdamW(self.network.parameters(), 1e-3, (0.9, 0.98), weight_decay=0.01)
 
-    def step(self, batch: tuple[Tensor, Tensor, Tensor], rate: float) -> dict[str, float]:
+    def step(self, batch: tuple[Tensor, Tensor], rate: float) -> dict[str, float]:
         """One step of the optimiser and of the average; returns the parts of the loss."""
-        image, disparity, sky = batch
+        image, truth = batch
         for group in self.optimizer.param_groups:
             group["lr"] = rate
         with torch.autocast("cpu", torch.bfloat16):
-            guess, logit = self.network(image)
-        total, parts = depth_loss(guess.float(), logit.float(), disparity, sky)
+            guess = self.network(image)
+        total, parts = depth_loss(tuple(g.float() for g in guess), truth)
         self.optimizer.zero_grad(set_to_none=True)
         total.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(self.network.parameters(), 2.0)

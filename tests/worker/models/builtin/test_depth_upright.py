@@ -70,3 +70,17 @@ def test_a_slim_thing_needs_less_of_a_hint_and_a_path_none_at_all():
         error = np.abs(stand_up(hedged, sky, labels)[person] - truth)[6:-6, 4:-4].mean()
         before = np.abs(hedged[person] - truth)[6:-6, 4:-4].mean()
         assert error < 0.35 * before if stands else error > 0.9 * before  # measured: 0.14 and 1.0
+
+
+def test_the_networks_opinion_decides_what_the_slope_leaves_open():
+    hedged, truth, sky, labels = village(0.8)
+    left, right, top, foot = HOUSES[1]
+    inside = (slice(top + 4, foot - 4), slice(left + 4, right - 4))
+    before = np.abs(hedged - truth)[inside].mean()
+    errors = []
+    for opinion in (0.95, 0.05):
+        stands = np.full((H, W), 0.05, np.float32)
+        stands[top:foot, left:right] = opinion
+        errors.append(np.abs(stand_up(hedged, sky, labels, stands) - truth)[inside].mean() / before)
+    assert errors[0] < 0.3  # measured: 0.12
+    assert errors[1] > 0.8  # measured: 1.0

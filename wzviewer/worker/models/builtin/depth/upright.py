@@ -1,8 +1,8 @@
 """Things that stand on the ground stand up.
 
 The network hedges: what stands gets a part of the ground's slope, so a house leans back like its lawn.
-The share of the ground's slope that each segment has tells the two apart; what has little of it gets none,
-and the map is put together again from its slopes:
+Two things tell them apart in each segment: the share of the ground's slope that it has, and the network's
+opinion of what stands.  What stands gets no slope, and the map is put together again from its slopes:
 
     min  sum w_y (d'_y - k d_y)^2 + w_x (d'_x - d_x)^2 + hold (d' - d)^2
 
@@ -22,16 +22,18 @@ HOLD_GROUND, HOLD_STANDING = 0.05, 0.00006
 OPEN_EDGE, SAME_KIND_EDGE = 0.001, 0.35  # weights across segment borders
 WIDE = (0.38, 0.29)  # height over width below which a segment lies rather than stands
 TALL, SLIM_BONUS = (1.2, 1.8), 0.25  # and above which less of a hint is enough
+OPINION, OPINION_GAIN = 0.5, 1.5  # weight of the network's opinion, and how fast it is taken for sure
 SWEEPS, OVER_RELAXATION = 160, 1.9
 
 
-def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray:
+def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray, stands: FloatArray | None = None) -> FloatArray:
     """Removes the ground's slope from what stands.
 
     Args:
         d: (h, w) disparity whose 98th percentile is about 1.
         sky: (h, w).
         labels: (h, w) segments 0..n-1.
+        stands: the network's probability that a pixel belongs to something upright, any size.
 
     Returns:
         (h, w); `d` itself where no ground is seen from above.
@@ -44,11 +46,8 @@ def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray:
     share = slope_shares(small, hidden, parts)
     if share is None:
         return d
-    tallness = tall_shapes(parts)
-    slim = np.clip((tallness - TALL[0]) / (TALL[1] - TALL[0]), 0, 1)
-    hinted = np.clip((1 - share) / 0.1, 0, 1)  # a path that runs away from the eye is slim as well
-    flat = np.clip((WIDE[0] - tallness) / (WIDE[0] - WIDE[1]), 0, 1)
-    kept = np.maximum(_decided(share - SLIM_BONUS * slim * hinted), flat)
+    opinion = np.full_like(small, 0.5) if stands is None else _per_segment(_at(stands, size), hidden, parts)
+    kept = _decided(share, opinion, tall_shapes(parts))
     change = _reassembled(small, hidden, parts, kept) - small
     change[hidden] = 0
     return (d + cv2.resize(change, (w, h), interpolation=cv2.INTER_LINEAR)).astype(np.float32)
@@ -59,28 +58,40 @@ def slope_shares(d: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray 
     h = d.shape[0]
     slope = cv2.Sobel(cv2.GaussianBlur(d, (0, 0), 1.0), cv2.CV_32F, 0, 1) / 8 * h
     sure = ~(cv2.dilate(sky.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0)
-    # the step at a thing's border is not its slope
-    inner = cv2.morphologyEx(labels.astype(np.float32), cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8)) == 0
-    weight = sure * (inner + np.float32(0.01))
-    weight[-max(h // 12, 1) :] *= 0.01  # the network's map flattens at the lower border
-    count = int(labels.max()) + 1
-    mass = np.bincount(labels.ravel(), weight.ravel(), minlength=count) + 1e-6
-    mean = np.bincount(labels.ravel(), (slope * weight).ravel(), minlength=count) / mass
+    mean = _per_segment(slope, sky, labels)
     lower = sure & (np.arange(h)[:, None] > h // 3)
     if lower.mean() < 0.1:
         return None
-    ground = float(np.percentile(mean[labels][lower], 75))
-    if ground < LEAST_SLOPE:
-        return None
-    share = np.where(mass < 0.05, 1, mean / ground)  # nothing of it can be read
-    return share[labels].astype(np.float32)
+    ground = float(np.percentile(mean[lower], 75))
+    return None if ground < LEAST_SLOPE else (mean / ground).astype(np.float32)
 
 
-def _decided(share: FloatArray) -> FloatArray:
+def _per_segment(value: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray:
+    """(h, w) mean of each pixel's segment, away from its border (where the steps are), sky and lower edge."""
+    sure = ~(cv2.dilate(sky.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0)
+    inner = cv2.morphologyEx(labels.astype(np.float32), cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8)) == 0
+    weight = (sure + np.float32(1e-3)) * (inner + np.float32(0.01))
+    weight[-max(len(value) // 12, 1) :] *= 0.01  # the network's map flattens there
+    count = int(labels.max()) + 1
+    mass = np.bincount(labels.ravel(), weight.ravel(), minlength=count) + 1e-9
+    mean = np.bincount(labels.ravel(), (value * weight).ravel(), minlength=count) / mass
+    return np.asarray(mean[labels], np.float32)
+
+
+def _decided(share: FloatArray, opinion: FloatArray, tallness: FloatArray) -> FloatArray:
     """The share of its slope that a pixel keeps: 0 stands, 1 lies (or faces down, or is a step)."""
-    t = np.clip((share - STANDS) / (LIES - STANDS), 0, 1)
-    kept = t * t * (3 - 2 * t)
-    return np.where(share < -0.2, 1, kept).astype(np.float32)
+    slim = np.clip((tallness - TALL[0]) / (TALL[1] - TALL[0]), 0, 1)
+    hinted = np.clip((1 - share) / 0.1, 0, 1)  # a path that runs away from the eye is slim as well
+    steep = np.clip((LIES - share + SLIM_BONUS * slim * hinted) / (LIES - STANDS), 0, 1)
+    stands = (1 - OPINION) * steep + OPINION * np.clip((opinion - 0.5) * OPINION_GAIN + 0.5, 0, 1)
+    t = np.clip((stands - 0.5 * OPINION) / (1 - OPINION), 0, 1)
+    kept = 1 - t * t * (3 - 2 * t)
+    flat = np.clip((WIDE[0] - tallness) / (WIDE[0] - WIDE[1]), 0, 1)
+    return np.where(share < -0.2, 1, np.maximum(kept, flat)).astype(np.float32)
+
+
+def _at(value: FloatArray, size: tuple[int, int]) -> FloatArray:
+    return np.asarray(cv2.resize(value, size, interpolation=cv2.INTER_LINEAR), np.float32)
 
 
 def tall_shapes(labels: IntArray) -> FloatArray:
