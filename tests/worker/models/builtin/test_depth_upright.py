@@ -82,5 +82,5 @@ def test_the_networks_opinion_decides_what_the_slope_leaves_open():
         stands = np.full((H, W), 0.05, np.float32)
         stands[top:foot, left:right] = opinion
         errors.append(np.abs(stand_up(hedged, sky, labels, stands) - truth)[inside].mean() / before)
-    assert errors[0] < 0.3  # measured: 0.12
+    assert errors[0] < 0.3  # measured: 0.10
     assert errors[1] > 0.8  # measured: 1.0

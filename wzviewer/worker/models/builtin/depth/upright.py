@@ -22,7 +22,7 @@ HOLD_GROUND, HOLD_STANDING = 0.05, 0.00006
 OPEN_EDGE, SAME_KIND_EDGE = 0.001, 0.35  # weights across segment borders
 WIDE = (0.38, 0.29)  # height over width below which a segment lies rather than stands
 TALL, SLIM_BONUS = (1.2, 1.8), 0.25  # and above which less of a hint is enough
-OPINION, OPINION_GAIN = 0.5, 1.5  # weight of the network's opinion, and how fast it is taken for sure
+OPINION, VETO = 0.6, 0.08  # how far the network's opinion moves the decision; brown huts look like earth
 SWEEPS, OVER_RELAXATION = 160, 1.9
 
 
@@ -46,7 +46,7 @@ def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray, stands: FloatArray
     share = slope_shares(small, hidden, parts)
     if share is None:
         return d
-    opinion = np.full_like(small, 0.5) if stands is None else _per_segment(_at(stands, size), hidden, parts)
+    opinion = np.full_like(small, 0.5) if stands is None else _opinion(_at(stands, size), hidden, parts)
     kept = _decided(share, opinion, tall_shapes(parts))
     change = _reassembled(small, hidden, parts, kept) - small
     change[hidden] = 0
@@ -78,13 +78,19 @@ def _per_segment(value: FloatArray, sky: BoolArray, labels: IntArray) -> FloatAr
     return np.asarray(mean[labels], np.float32)
 
 
+def _opinion(stands: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray:
+    """(h, w) the network's probability per segment, taken relative to that of the foreground."""
+    ground = float(np.median(stands[2 * len(stands) // 3 :]))
+    doubt = 0.5 - np.clip(ground + 0.12, 0.35, 0.55)
+    return np.asarray(_per_segment(stands, sky, labels) + np.float32(doubt), np.float32)
+
+
 def _decided(share: FloatArray, opinion: FloatArray, tallness: FloatArray) -> FloatArray:
     """The share of its slope that a pixel keeps: 0 stands, 1 lies (or faces down, or is a step)."""
     slim = np.clip((tallness - TALL[0]) / (TALL[1] - TALL[0]), 0, 1)
     hinted = np.clip((1 - share) / 0.1, 0, 1)  # a path that runs away from the eye is slim as well
-    steep = np.clip((LIES - share + SLIM_BONUS * slim * hinted) / (LIES - STANDS), 0, 1)
-    stands = (1 - OPINION) * steep + OPINION * np.clip((opinion - 0.5) * OPINION_GAIN + 0.5, 0, 1)
-    t = np.clip((stands - 0.5 * OPINION) / (1 - OPINION), 0, 1)
+    hint = SLIM_BONUS * slim * hinted + OPINION * np.maximum(opinion - 0.5, -VETO)
+    t = np.clip((LIES - share + hint) / (LIES - STANDS), 0, 1)
     kept = 1 - t * t * (3 - 2 * t)
     flat = np.clip((WIDE[0] - tallness) / (WIDE[0] - WIDE[1]), 0, 1)
     return np.where(share < -0.2, 1, np.maximum(kept, flat)).astype(np.float32)
