@@ -1,6 +1,6 @@
 import numpy as np
 
-from wzviewer.worker.models.builtin.depth.upright import slope_shares, stand_up
+from wzviewer.worker.models.builtin.depth.upright import slope_shares, stand_up, unpressed
 
 H, W = 240, 360
 HOUSES = ((60, 120, 110, 170), (200, 260, 150, 210))  # left, right, top, foot
@@ -84,3 +84,31 @@ def test_the_networks_opinion_decides_what_the_slope_leaves_open():
         errors.append(np.abs(stand_up(hedged, sky, labels, stands) - truth)[inside].mean() / before)
     assert errors[0] < 0.3  # measured: 0.10
     assert errors[1] > 0.8  # measured: 1.0
+
+
+def checked(pressed=4, house_pressed=1):
+    """A floor whose pattern is pressed flat by the view, and walls whose pattern is not."""
+    y, x = np.mgrid[:H, :W]
+    labels = village()[3]
+    squeeze = np.where(labels >= 2, house_pressed, pressed)
+    light = np.where((x // 8 + y * squeeze // 8) % 2, 170, 90).astype(np.uint8)
+    return np.repeat(light[..., None], 3, 2), labels
+
+
+def test_texture_that_is_not_pressed_flat_stands():
+    image, labels = checked()
+    evidence = unpressed(image, labels)
+    assert evidence[labels >= 2].min() > 0.12  # measured: 0.149
+    assert evidence[labels == 1].max() < 0.01  # measured: 0
+    lawn, _ = checked(pressed=1)  # blades that stand: then nothing is told by it
+    assert unpressed(lawn, labels).max() < 0.05  # measured: 0
+
+
+def test_a_wall_that_the_slope_takes_for_ground_stands_by_its_texture():
+    hedged, truth, sky, labels = village(0.85)
+    image, _ = checked()
+    left, right, top, foot = HOUSES[1]
+    inside = (slice(top + 4, foot - 4), slice(left + 4, right - 4))
+    before = np.abs(hedged - truth)[inside].mean()
+    assert np.abs(stand_up(hedged, sky, labels, None, image) - truth)[inside].mean() < 0.3 * before  # 0.10
+    assert np.abs(stand_up(hedged, sky, labels) - truth)[inside].mean() > 0.9 * before  # measured: 1.0

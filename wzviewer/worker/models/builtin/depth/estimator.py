@@ -211,7 +211,7 @@ def _refine(disparity: FloatArray, sky: Sky, stands: FloatArray, picture: Pyrami
     ground = d[~soft]
     d = d / max(float(np.percentile(ground, 98)) if ground.size else 1.0, 1e-6)
     labels = segment((picture.half / np.float32(255)).astype(np.float32), max(d.shape), 0.8, 250, 120)
-    d = stand_up(d, soft, labels, stands)
+    d = stand_up(d, soft, labels, stands, picture.half)
     d = segment_planes(d, soft, labels)
     d = extend_under(d, soft)
     d = cv2.bilateralFilter(d, 9, 0.06, 4)

@@ -1,8 +1,10 @@
 """Things that stand on the ground stand up.
 
 The network hedges: what stands gets a part of the ground's slope, so a house leans back like its lawn.
-Two things tell them apart in each segment: the share of the ground's slope that it has, and the network's
-opinion of what stands.  What stands gets no slope, and the map is put together again from its slopes:
+Three things tell them apart in each segment: the share of the ground's slope that it has, the network's
+opinion of what stands, and foreshortening: seen from the side, the texture of the ground is pressed flat, so
+its edges run across, and a wall's or a person's do not.  What stands gets no slope, and the map is put
+together again from its slopes:
 
     min  sum w_y (d'_y - k d_y)^2 + w_x (d'_x - d_x)^2 + hold (d' - d)^2
 
@@ -14,7 +16,7 @@ import cv2
 import numpy as np
 from numba import njit
 
-from wzviewer.core.types import BoolArray, DoubleArray, FloatArray, IntArray
+from wzviewer.core.types import BoolArray, ByteArray, DoubleArray, FloatArray, IntArray
 
 STANDS, LIES = 0.70, 0.92  # shares of the ground's slope: below the one and above the other it is sure
 LEAST_SLOPE = 0.35  # ground disparity over the picture's height; flatter is no ground seen from above
@@ -23,10 +25,17 @@ OPEN_EDGE, SAME_KIND_EDGE = 0.001, 0.35  # weights across segment borders
 WIDE = (0.38, 0.29)  # height over width below which a segment lies rather than stands
 TALL, SLIM_BONUS = (1.2, 1.8), 0.25  # and above which less of a hint is enough
 OPINION, VETO = 0.6, 0.08  # how far the network's opinion moves the decision; brown huts look like earth
+PRESSED, PRESSED_SLACK = 0.6, 0.15  # the same for each e-fold of foreshortening, beyond a slack
 SWEEPS, OVER_RELAXATION = 160, 1.9
 
 
-def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray, stands: FloatArray | None = None) -> FloatArray:
+def stand_up(
+    d: FloatArray,
+    sky: BoolArray,
+    labels: IntArray,
+    stands: FloatArray | None = None,
+    image: ByteArray | None = None,
+) -> FloatArray:
     """Removes the ground's slope from what stands.
 
     Args:
@@ -34,6 +43,7 @@ def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray, stands: FloatArray
         sky: (h, w).
         labels: (h, w) segments 0..n-1.
         stands: the network's probability that a pixel belongs to something upright, any size.
+        image: (h, w, 3) u8 RGB, for its foreshortening.
 
     Returns:
         (h, w); `d` itself where no ground is seen from above.
@@ -47,7 +57,8 @@ def stand_up(d: FloatArray, sky: BoolArray, labels: IntArray, stands: FloatArray
     if share is None:
         return d
     opinion = np.full_like(small, 0.5) if stands is None else _opinion(_at(stands, size), hidden, parts)
-    kept = _decided(share, opinion, tall_shapes(parts))
+    texture = np.zeros_like(small) if image is None else unpressed(image, parts)
+    kept = _decided(share, OPINION * np.maximum(opinion - 0.5, -VETO) + texture, tall_shapes(parts))
     change = _reassembled(small, hidden, parts, kept) - small
     change[hidden] = 0
     return (d + cv2.resize(change, (w, h), interpolation=cv2.INTER_LINEAR)).astype(np.float32)
@@ -85,11 +96,35 @@ def _opinion(stands: FloatArray, sky: BoolArray, labels: IntArray) -> FloatArray
     return np.asarray(_per_segment(stands, sky, labels) + np.float32(doubt), np.float32)
 
 
-def _decided(share: FloatArray, opinion: FloatArray, tallness: FloatArray) -> FloatArray:
+def unpressed(image: ByteArray, labels: IntArray) -> FloatArray:
+    """How much less foreshortened each segment's texture is than the foreground's, as a share of its slope.
+
+    Args:
+        image: (h, w, 3) u8 RGB.
+        labels: segments, any size.
+
+    Returns:
+        At the size of the labels, >= 0: blades of grass stand in a lawn, which lies all the same.
+    """
+    luma = cv2.GaussianBlur(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), 0.7)
+    across, down = cv2.Sobel(luma, cv2.CV_32F, 1, 0), cv2.Sobel(luma, cv2.CV_32F, 0, 1)
+    inner = cv2.morphologyEx(labels.astype(np.float32), cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) == 0
+    weight = inner + np.float32(0.05)
+    sums = []
+    for gradient in (across, down):
+        size = cv2.resize(np.abs(gradient), labels.shape[::-1], interpolation=cv2.INTER_AREA)
+        sums.append(np.bincount(labels.ravel(), (size * weight).ravel()))
+    mass = np.bincount(labels.ravel(), weight.ravel()) + 1e-6
+    ratio = np.log((sums[0] + 2 * mass) / (sums[1] + 2 * mass)).astype(np.float32)[labels]
+    ground = max(float(np.median(ratio[2 * len(ratio) // 3 :])), -0.5)
+    return (PRESSED * np.clip(ratio - ground - PRESSED_SLACK, 0, 0.8)).astype(np.float32)
+
+
+def _decided(share: FloatArray, evidence: FloatArray, tallness: FloatArray) -> FloatArray:
     """The share of its slope that a pixel keeps: 0 stands, 1 lies (or faces down, or is a step)."""
     slim = np.clip((tallness - TALL[0]) / (TALL[1] - TALL[0]), 0, 1)
     hinted = np.clip((1 - share) / 0.1, 0, 1)  # a path that runs away from the eye is slim as well
-    hint = SLIM_BONUS * slim * hinted + OPINION * np.maximum(opinion - 0.5, -VETO)
+    hint = SLIM_BONUS * slim * hinted + evidence
     t = np.clip((LIES - share + hint) / (LIES - STANDS), 0, 1)
     kept = 1 - t * t * (3 - 2 * t)
     flat = np.clip((WIDE[0] - tallness) / (WIDE[0] - WIDE[1]), 0, 1)
