@@ -1,29 +1,10 @@
-"""The kinds of scene and the camera effects on top; `sample` is the public face.
+"""Ten kinds of scene: fields, streets, rooms, close-ups, forests, mountains, tables, beaches, heaps, cities.
 
 The constants are everyday sizes in metres; variety matters more than truth.
 """
 
-from collections.abc import Callable
-
-import cv2
 import numpy as np
-from depth_camera import digitise, photograph
-from depth_raytrace import (
-    BLOTCHES,
-    BOX,
-    BRICKS,
-    CHECKER,
-    CYLINDER,
-    ELLIPSOID,
-    PLAIN,
-    PLANE,
-    PLANKS,
-    ROAD,
-    ROOM,
-    SHORE,
-    STRIPES,
-    WINDOWS,
-)
+from depth_raytrace import BLOTCHES, BRICKS, CHECKER, PLAIN, PLANKS, ROAD, SHORE, STRIPES, WINDOWS
 from depth_scenes import (
     EARTHS,
     FLOWERS,
@@ -32,14 +13,11 @@ from depth_scenes import (
     SHAPES,
     STONES,
     WATERS,
-    BoolArray,
-    FloatArray,
     Scene,
     Sprite,
     fractal,
-    trace,
 )
-from numpy.typing import NDArray
+from depth_solids import BOX, CYLINDER, ELLIPSOID, PLANE, ROOM
 
 
 def _hills(scene: Scene, span: float, tall: float, ridged: bool, near: float) -> None:
@@ -348,40 +326,3 @@ def city_scene(scene: Scene) -> None:
     if scene.maybe(0.4):
         _hills(scene, 800, scene.uniform(40, 250), True, 300)
     scene.haze = scene.log_uniform(height * 6, height * 40) if scene.maybe(0.6) else 0
-
-
-KINDS: list[tuple[Callable[[Scene], None], float]] = [
-    (field_scene, 1.8), (street_scene, 1.4), (room_scene, 2.6), (macro_scene, 1.4), (forest_scene, 1.0),
-    (mountain_scene, 1.2), (table_scene, 0.9), (beach_scene, 0.8), (objects_scene, 1.4), (city_scene, 0.6),
-]  # fmt: skip
-
-
-def sample(seed: int, width: int, height: int) -> tuple[NDArray[np.uint8], FloatArray, BoolArray] | None:
-    """One training picture.
-
-    Args:
-        seed: everything follows from it.
-        width: of the picture, px; it is traced at one and a half times that.
-        height: likewise.
-
-    Returns:
-        Colour (h, w, 3) u8, disparity (h/2, w/2) f32 relative to its 95th percentile, and the sky
-        mask (h/2, w/2); None where chance made something without depth.
-    """
-    random = np.random.default_rng(seed)
-    w, h = width * 3 // 2, height * 3 // 2
-    half_view = np.radians(random.uniform(17, 42))
-    scene = Scene(random, w, h, focal=max(w, h) / 2 / np.tan(half_view))
-    weights = np.array([weight for _, weight in KINDS])
-    KINDS[random.choice(len(KINDS), p=weights / weights.sum())][0](scene)
-    color, disparity, sky = trace(scene)
-    color = cv2.resize(photograph(color, disparity, scene), (width, height), interpolation=cv2.INTER_AREA)
-    size = (width // 2, height // 2)
-    disparity = cv2.resize(disparity, size, interpolation=cv2.INTER_NEAREST)
-    sky = cv2.resize(sky.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
-    if sky.mean() > 0.85:
-        return None
-    disparity = np.clip(disparity / max(float(np.percentile(disparity[~sky], 95)), 1e-6), 0, 2.5)
-    if disparity[~sky].std() < 0.03:
-        return None
-    return digitise(color, scene), disparity.astype(np.float32), sky

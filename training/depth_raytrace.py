@@ -8,134 +8,16 @@ deterministic (hashed value noise, no random state).
 import math
 
 import numpy as np
+from depth_solids import FAR, hit, noise3
 from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float32]
 Triple = tuple[float, float, float]
 
-PLANE, BOX, ROOM, ELLIPSOID, CYLINDER = 0, 1, 2, 3, 4
-# prims: type, centre (3), half size (3), cos yaw, sin yaw, material, porosity, porosity frequency
-PRIM_COLUMNS = 12
 # materials: colours a, b, c (9), noise frequency, contrast, pattern, pattern size, glow, seed
 MATERIAL_COLUMNS = 15
 PLAIN, STRIPES, WINDOWS, BRICKS, CHECKER, BLOTCHES, PLANKS, ROAD, SHORE = range(9)
-FAR = 1e9
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
-def _hash(ix: int, iy: int, iz: int, seed: int) -> float:
-    h = (ix * 374761393 + iy * 668265263 + iz * 1440662683 + seed * 974634777) & 0xFFFFFFFF
-    h = ((h ^ (h >> 13)) * 1274126177) & 0xFFFFFFFF
-    return ((h ^ (h >> 16)) & 0xFFFFFF) / 16777216.0
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
-def noise3(x: float, y: float, z: float, seed: int) -> float:
-    """Value noise in [0, 1], trilinear between hashed lattice points."""
-    fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)
-    ix, iy, iz = int(fx), int(fy), int(fz)
-    u, v, w = x - fx, y - fy, z - fz
-    u, v, w = u * u * (3 - 2 * u), v * v * (3 - 2 * v), w * w * (3 - 2 * w)
-    total = 0.0
-    for c in range(8):
-        a, b, d = c & 1, (c >> 1) & 1, c >> 2
-        weight = (u if a else 1 - u) * (v if b else 1 - v) * (w if d else 1 - w)
-        total += weight * _hash(ix + a, iy + b, iz + d, seed)
-    return total
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
-def _slabs(o: Triple, d: Triple, half: Triple) -> tuple[float, ...]:
-    """Entry and exit of a ray through a centred box, with the axis of each."""
-    enter, leave, axis_in, axis_out = -FAR, FAR, 0, 0
-    for k in range(3):
-        inverse = 1.0 / d[k] if abs(d[k]) > 1e-9 else (1e9 if d[k] >= 0 else -1e9)
-        a, b = (-half[k] - o[k]) * inverse, (half[k] - o[k]) * inverse
-        if a > b:
-            a, b = b, a
-        if a > enter:
-            enter, axis_in = a, k
-        if b < leave:
-            leave, axis_out = b, k
-    return enter, leave, axis_in, axis_out
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
-def _round(o: Triple, d: Triple, half: Triple, cylinder: bool) -> tuple[float, ...]:
-    """Both roots of a ray with a unit sphere or an endless upright cylinder scaled by `half`."""
-    ox, oy, oz = o[0] / half[0], o[1] / half[1], o[2] / half[2]
-    dx, dy, dz = d[0] / half[0], d[1] / half[1], d[2] / half[2]
-    if cylinder:
-        oy = dy = 0.0
-    a = dx * dx + dy * dy + dz * dz + 1e-12
-    b = ox * dx + oy * dy + oz * dz
-    c = ox * ox + oy * oy + oz * oz - 1
-    root = b * b - a * c
-    if root <= 0:
-        return FAR, FAR
-    root = math.sqrt(root)
-    return (-b - root) / a, (-b + root) / a
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
-def _solid(p: FloatArray, o: Triple, d: Triple, t: float) -> bool:
-    """False where porosity (leaves) lets the ray through."""
-    if p[10] <= 0:
-        return True
-    f = p[11]
-    n = noise3((o[0] + t * d[0]) * f, (o[1] + t * d[1]) * f, (o[2] + t * d[2]) * f, 7)
-    return n >= p[10]
-
-
-@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
-def _hit(p: FloatArray, o: Triple, d: Triple, near: float) -> tuple[float, ...]:
-    """Distance beyond `near` (FAR = none) and the normal in the primitive's axes, then its local point."""
-    rx, ry, rz = o[0] - p[1], o[1] - p[2], o[2] - p[3]
-    if p[0] != 0 and p[0] != 2:  # most rays pass by the bounding sphere
-        along = rx * d[0] + ry * d[1] + rz * d[2]
-        square = p[4] * p[4] + p[5] * p[5] + p[6] * p[6]
-        off = rx * rx + ry * ry + rz * rz
-        if off > square and (
-            along > 0 or (off - square) * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) > along * along
-        ):
-            return FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    c, s = p[7], p[8]
-    lo = (c * rx - s * rz, ry, s * rx + c * rz)
-    ld = (c * d[0] - s * d[2], d[1], s * d[0] + c * d[2])
-    half = (p[4], p[5], p[6])
-    t, nx, ny, nz = FAR, 0.0, 0.0, 0.0
-    kind = int(p[0])
-    if kind == 0:
-        if ld[1] < -1e-6:
-            t, ny = -lo[1] / ld[1], 1.0
-    elif kind <= 2:
-        enter, leave, axis_in, axis_out = _slabs(lo, ld, half)
-        inside = kind == 2
-        axis = axis_out if inside else axis_in
-        if leave > enter:
-            t = leave if inside else enter
-            sign = -1.0 if ld[axis] > 0 else 1.0
-            nx = sign if axis == 0 else 0.0
-            ny = sign if axis == 1 else 0.0
-            nz = sign if axis == 2 else 0.0
-    else:
-        first, second = _round(lo, ld, half, kind == 4)
-        for root in (first, second):
-            y = lo[1] + root * ld[1]
-            if root > near and root < FAR and (kind == 3 or abs(y) < half[1]) and _solid(p, lo, ld, root):
-                t = root
-                break
-        if t < FAR:
-            nx = (lo[0] + t * ld[0]) / (half[0] * half[0])
-            ny = 0.0 if kind == 4 else (lo[1] + t * ld[1]) / (half[1] * half[1])
-            nz = (lo[2] + t * ld[2]) / (half[2] * half[2])
-            length = math.sqrt(nx * nx + ny * ny + nz * nz) + 1e-12
-            nx, ny, nz = nx / length, ny / length, nz / length
-    if t <= near or t >= FAR or (kind < 3 and not _solid(p, lo, ld, t)):
-        return FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    # local point for the patterns, normal back in world axes
-    return (t, c * nx + s * nz, ny, -s * nx + c * nz, lo[0] + t * ld[0], lo[1] + t * ld[1], lo[2] + t * ld[2])
 
 
 @njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
@@ -222,6 +104,54 @@ def _paint(m: FloatArray, face: int, p: Triple, world: Triple, footprint: float,
         out[k] = (base * (1 - share) + m[6 + k] * share) * shade
 
 
+@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
+def _may_cross(prims: FloatArray, normals: FloatArray, eye: FloatArray) -> NDArray[np.bool_]:
+    """(n, m): whether primitive n reaches the plane m through the eye; planes and rooms always do."""
+    crosses = np.ones((prims.shape[0], normals.shape[0]), np.bool_)
+    for k in range(prims.shape[0]):
+        p = prims[k]
+        if p[0] == 0 or p[0] == 2:
+            continue
+        radius = math.sqrt(p[4] * p[4] + p[5] * p[5] + p[6] * p[6])
+        for m in range(normals.shape[0]):
+            n = normals[m]
+            off = n[0] * (p[1] - eye[0]) + n[1] * (p[2] - eye[1]) + n[2] * (p[3] - eye[2])
+            crosses[k, m] = abs(off) <= radius
+    return crosses
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
+def _fan(rotation: FloatArray, count: int, focal: float, center: float, axis: int) -> FloatArray:
+    """Unit normals (count, 3) of the planes through the eye and each image row (axis 1) or column (0)."""
+    normals = np.empty((count, 3), np.float32)
+    for i in range(count):
+        slope = (i + 0.5 - center) / focal
+        length = math.sqrt(1 + slope * slope)
+        for k in range(3):
+            normals[i, k] = (rotation[k, axis] - slope * rotation[k, 2]) / length
+    return normals
+
+
+@njit(cache=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
+def _sunward(prims: FloatArray, light: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two axes (2, 3) across a distant light, and the primitives' places and squared radii there (n, 3)."""
+    length = math.sqrt(light[0] * light[0] + light[1] * light[1] + light[2] * light[2]) + 1e-9
+    x, y, z = light[0] / length, light[1] / length, light[2] / length
+    across = math.sqrt(x * x + y * y) + 1e-9
+    axes = np.zeros((2, 3), np.float32)
+    axes[0, 0], axes[0, 1] = y / across, -x / across
+    axes[1, 0], axes[1, 1], axes[1, 2] = x * z / across, y * z / across, -across
+    places = np.empty((prims.shape[0], 3), np.float32)
+    for k in range(prims.shape[0]):
+        p = prims[k]
+        for a in range(2):
+            places[k, a] = axes[a, 0] * p[1] + axes[a, 1] * p[2] + axes[a, 2] * p[3]
+        places[k, 2] = p[4] * p[4] + p[5] * p[5] + p[6] * p[6]
+        if p[0] == 0 or light[4] > 0:
+            places[k, 2] = FAR
+    return axes, places
+
+
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
 def render(
     prims: FloatArray,
@@ -235,8 +165,9 @@ def render(
     light: FloatArray,
     color: FloatArray,
     disparity: FloatArray,
+    upright: FloatArray,
 ) -> None:
-    """Fills `color` (h, w, 3) and `disparity` (h, w); pixels that meet nothing keep what they had.
+    """Fills `color` (h, w, 3), `disparity` and `upright` (h, w); pixels that meet nothing keep what they had.
 
     Args:
         prims: (n, PRIM_COLUMNS).
@@ -250,11 +181,21 @@ def render(
         light: x, y, z, ambient, 1 for a point light (position) or 0 for a direction.
         color: written.
         disparity: written, 1/z.
+        upright: written, 1 on what stands (walls, roofs, round things), 0 on floors, tops, ceilings.
     """
     h, w = disparity.shape
     albedo = np.zeros(3, np.float32)
     o = (float(eye[0]), float(eye[1]), float(eye[2]))
+    in_row = _may_cross(prims, _fan(rotation, h, lens[0], lens[2], 1), eye)
+    in_column = _may_cross(prims, _fan(rotation, w, lens[0], lens[1], 0), eye)
+    axes, places = _sunward(prims, light)
+    active = np.empty(prims.shape[0], np.int64)
     for i in range(h):
+        count = 0
+        for k in range(prims.shape[0]):
+            if in_row[k, i]:
+                active[count] = k
+                count += 1
         for j in range(w):
             cu, cv = (j + 0.5 - lens[1]) / lens[0], (i + 0.5 - lens[2]) / lens[0]
             d = (
@@ -263,16 +204,21 @@ def render(
                 float(rotation[2, 0] * cu + rotation[2, 1] * cv + rotation[2, 2]),
             )
             best, nx, ny, nz, px, py, pz, which = FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1
-            for k in range(prims.shape[0]):
-                t, a, b, c, lx, ly, lz = _hit(prims[k], o, d, 0.05)
+            solid = 0
+            for slot in range(count):
+                k = active[slot]
+                if not in_column[k, j]:
+                    continue
+                t, a, b, c, lx, ly, lz = hit(prims[k], o, d, 0.05)
                 if t < best:
                     best, nx, ny, nz, px, py, pz, which = t, a, b, c, lx, ly, lz, int(prims[k, 9])
+                    solid = int(prims[k, 0])
                     if prims[k, 0] == 2 and abs(b) > 0.5:
                         which += 1 if b > 0 else 2
             if span > 0:
                 t = _march(field, span, o, d)
                 if t < best:
-                    best, which = t, field_material
+                    best, which, solid = t, field_material, 0
                     px, py, pz = o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]
                     e = 0.004 * t + span / field.shape[0]
                     nx = _height(field, span, px - e, pz) - _height(field, span, px + e, pz)
@@ -294,11 +240,17 @@ def render(
             if lit > 0:
                 reach = length if light[4] > 0 else 1e5
                 so = (x + 0.02 * best * nx / 4, y + 0.02 * best * ny / 4, z + 0.02 * best * nz / 4)
+                pa = axes[0, 0] * so[0] + axes[0, 1] * so[1] + axes[0, 2] * so[2]
+                pb = axes[1, 0] * so[0] + axes[1, 1] * so[1] + axes[1, 2] * so[2]
                 for k in range(prims.shape[0]):
-                    if prims[k, 0] != 2 and _hit(prims[k], so, (lx, ly, lz), 0.02)[0] < reach:
+                    da, db = places[k, 0] - pa, places[k, 1] - pb
+                    if da * da + db * db > places[k, 2]:
+                        continue
+                    if prims[k, 0] != 2 and hit(prims[k], so, (lx, ly, lz), 0.02)[0] < reach:
                         lit = 0.0
                         break
             shade = light[3] + (1 - light[3]) * max(lit, 0.0) + glow
             for k in range(3):
                 color[i, j, k] = albedo[k] * shade
             disparity[i, j] = 1.0 / best
+            upright[i, j] = 1.0 if solid > 2 or abs(ny) < 0.7 else 0.0

@@ -7,21 +7,12 @@ Disparity is 1/z divided by its 95th percentile; sky has none (mask).  No file i
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import cv2
 import numpy as np
-from depth_raytrace import (
-    BLOTCHES,
-    CHECKER,
-    MATERIAL_COLUMNS,
-    PLAIN,
-    PLANE,
-    PLANKS,
-    PRIM_COLUMNS,
-    STRIPES,
-    render,
-)
+from depth_raytrace import BLOTCHES, CHECKER, MATERIAL_COLUMNS, PLAIN, PLANKS, STRIPES, render
+from depth_solids import PLANE, PRIM_COLUMNS
+from depth_sprites import SHAPES, Canvas, Sprite
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float32]
@@ -60,7 +51,7 @@ class Scene:
     point_light: tuple[float, float, float] | None = None
     prims: list[list[float]] = field(default_factory=list)
     materials: list[list[float]] = field(default_factory=list)
-    sprites: list[Callable[["Canvas"], None]] = field(default_factory=list)
+    sprites: list[Callable[[Canvas], None]] = field(default_factory=list)
 
     def uniform(self, low: float, high: float) -> float:
         """A uniform number."""
@@ -151,151 +142,6 @@ class Scene:
         self.sprites.append(lambda canvas: SHAPES[shape](canvas, sprite))
 
 
-@dataclass
-class Canvas:
-    """Colour (h, w, 3) and disparity (h, w) while sprites are pasted, nearest wins."""
-
-    color: FloatArray
-    disparity: FloatArray
-
-    def paste(
-        self, polygons: list[FloatArray], disparity: float, color: FloatArray, dome: float = 0.0
-    ) -> None:
-        """Fills polygons (k, 2) px with a top-down shaded colour where nothing nearer stands."""
-        h, w = self.disparity.shape
-        everything = np.concatenate(polygons)
-        low = np.maximum(np.floor(everything.min(0)).astype(int), 0)
-        high = np.minimum(np.ceil(everything.max(0)).astype(int) + 1, [w, h])
-        if (high <= low).any():
-            return
-        mask = np.zeros((high[1] - low[1], high[0] - low[0]), np.uint8)
-        cv2.fillPoly(mask, [np.round((p - low) * 8).astype(np.int32) for p in polygons], 1, shift=3)
-        here = (slice(low[1], high[1]), slice(low[0], high[0]))
-        rise = cv2.distanceTransform(mask, cv2.DIST_L2, 3) if dome > 0 else np.zeros(mask.shape, np.float32)
-        depth_here = disparity * (1 + dome * rise / (rise.max() + 1e-6))
-        front = (mask > 0) & (depth_here > self.disparity[here])
-        ramp = np.linspace(1.15, 0.75, mask.shape[0], dtype=np.float32)[:, None, None]
-        self.color[here][front] = (np.broadcast_to(color * ramp, (*mask.shape, 3)))[front]
-        self.disparity[here][front] = depth_here[front]
-
-
-def _wobbly(
-    u: float, v: float, rx: float, ry: float, seed: int, rough: float = 0.2, turn: float = 0.0
-) -> FloatArray:
-    random = np.random.default_rng(seed)
-    a = np.linspace(0, 2 * np.pi, 28, endpoint=False)
-    radius = 1 + rough * sum(
-        random.normal() / k * np.cos(k * a + random.uniform(0, 6.3)) for k in (2, 3, 5, 7)
-    )
-    x, y = rx * radius * np.cos(a), ry * radius * np.sin(a)
-    c, s = np.cos(turn), np.sin(turn)
-    return np.stack([u + c * x - s * y, v + s * x + c * y], 1).astype(np.float32)
-
-
-def _blade(canvas: Canvas, sprite: "Sprite") -> None:
-    u, v, size, disparity, color, _, seed = sprite
-    random = np.random.default_rng(seed)
-    bend, width = random.normal(0, 0.3) * size, max(0.03 * size, 0.7)
-    shape = [[u - width, v], [u + width, v], [u + bend * 0.4 + width, v - 0.6 * size], [u + bend, v - size]]
-    canvas.paste([np.array(shape, np.float32)], disparity, color)
-
-
-def _flower(canvas: Canvas, sprite: "Sprite") -> None:
-    u, v, size, disparity, color, top, seed = sprite
-    random = np.random.default_rng(seed)
-    _blade(canvas, sprite._replace(color=top * 0.7))
-    head = size * random.uniform(0.12, 0.3)
-    petals = int(random.integers(5, 14))
-    turn = random.uniform(0, 6.3)
-    squash = random.uniform(0.5, 1)
-    for k in range(petals):
-        a = turn + 2 * np.pi * k / petals
-        at = (u + 0.6 * head * np.cos(a), v - size + 0.6 * head * squash * np.sin(a))
-        petal = _wobbly(*at, 0.5 * head, 0.25 * head, seed + k, 0.05, a)
-        canvas.paste([petal], disparity * 1.01, color * random.uniform(0.8, 1.1))
-    heart = _wobbly(u, v - size, 0.35 * head, 0.35 * head * squash, seed, 0.05)
-    canvas.paste([heart], disparity * 1.02, top * random.uniform(0.3, 1.0))
-    if random.random() < 0.6:
-        leaf = _wobbly(u + 0.15 * size, v - 0.4 * size, 0.2 * size, 0.08 * size, seed, 0.1, random.normal())
-        canvas.paste([leaf], disparity * 0.99, top)
-
-
-def _person(canvas: Canvas, sprite: "Sprite") -> None:
-    u, v, size, disparity, color, top, seed = sprite
-    w = 0.13 * size
-    legs = np.array(
-        [[u - w, v], [u - w, v - 0.5 * size], [u + w, v - 0.5 * size], [u + 0.8 * w, v]], np.float32
-    )
-    canvas.paste([legs], disparity, color * 0.6)
-    canvas.paste([_wobbly(u, v - 0.66 * size, 1.2 * w, 0.2 * size, seed, 0.06)], disparity, top)
-    canvas.paste([_wobbly(u, v - 0.92 * size, 0.6 * w, 0.08 * size, seed, 0.03)], disparity, color)
-
-
-def _animal(canvas: Canvas, sprite: "Sprite") -> None:
-    u, v, size, disparity, color, top, seed = sprite
-    side = 1 if seed % 2 else -1
-    for k in (-0.5, -0.35, 0.35, 0.5):
-        x = u + k * size
-        leg = [[x - 0.05 * size, v], [x - 0.05 * size, v - 0.5 * size], [x + 0.05 * size, v - 0.5 * size],
-               [x + 0.04 * size, v]]  # fmt: skip
-        canvas.paste([np.array(leg, np.float32)], disparity, color * 0.7)
-    canvas.paste([_wobbly(u, v - 0.6 * size, 0.65 * size, 0.28 * size, seed, 0.08)], disparity, color, 0.02)
-    head = _wobbly(u + side * 0.75 * size, v - 0.8 * size, 0.2 * size, 0.16 * size, seed, 0.1)
-    canvas.paste([head], disparity, top * 0.8)
-
-
-def _blob(canvas: Canvas, sprite: "Sprite") -> None:
-    u, v, size, disparity, color, _, seed = sprite
-    random = np.random.default_rng(seed)
-    body = _wobbly(
-        u, v, size, size * random.uniform(0.4, 1.2), seed, random.uniform(0.05, 0.35), random.normal()
-    )
-    canvas.paste([body], disparity, color, random.uniform(0, 0.25))
-
-
-def _bloom(canvas: Canvas, sprite: "Sprite") -> None:
-    u, v, size, disparity, color, top, seed = sprite
-    random = np.random.default_rng(seed)
-    petals, squash, turn = int(random.integers(5, 16)), random.uniform(0.45, 1), random.uniform(0, 6.3)
-    stem = np.array(
-        [[u - 0.05 * size, v], [u + 0.05 * size, v], [u + random.normal() * size, v + 3 * size]], np.float32
-    )
-    canvas.paste([stem], disparity * 0.95, top)
-    for k in range(petals):
-        a = turn + 2 * np.pi * k / petals
-        at = (u + 0.55 * size * np.cos(a), v + 0.55 * size * squash * np.sin(a))
-        petal = _wobbly(
-            *at,
-            0.5 * size,
-            random.uniform(0.15, 0.3) * size,
-            seed + k,
-            0.08,
-            np.arctan2(squash * np.sin(a), np.cos(a)),
-        )
-        near = disparity * (1 + 0.06 * squash * np.sin(a))
-        canvas.paste([petal], near, color * random.uniform(0.6, 1.15), 0.02)
-    canvas.paste(
-        [_wobbly(u, v, 0.3 * size, 0.3 * size * squash, seed, 0.05)], disparity * 1.08, top * 0.6, 0.06
-    )
-
-
-class Sprite(NamedTuple):
-    """A flat thing: foot or middle (px), size (px), disparity, two colours, seed."""
-
-    u: float
-    v: float
-    size: float
-    disparity: float
-    color: FloatArray
-    top: FloatArray
-    seed: int
-
-
-SHAPES: dict[str, Callable[[Canvas, Sprite], None]] = {
-    "stem": _blade, "flower": _flower, "person": _person, "animal": _animal, "blob": _blob, "bloom": _bloom,
-}  # fmt: skip
-
-
 def fractal(
     random: Generator, h: int, w: int, cells: float, stretch: float = 1.0, ridged: bool = False
 ) -> FloatArray:
@@ -341,11 +187,11 @@ def _backdrop(scene: Scene) -> FloatArray:
     return cv2.GaussianBlur(image, (0, 0), scene.uniform(2, 9))
 
 
-def trace(scene: Scene) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Colour (h, w, 3), 1/z (h, w) and the sky mask before any camera effect."""
+def trace(scene: Scene) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
+    """Colour (h, w, 3), 1/z (h, w), the sky mask and what stands, before any camera effect."""
     h, w, random = scene.height, scene.width, scene.random
     color = sky_colors(scene) if scene.sky else _backdrop(scene)
-    disparity = np.zeros((h, w), np.float32)
+    disparity, upright = np.zeros((2, h, w), np.float32)
     pitch, roll = np.radians(scene.pitch_deg), np.radians(random.normal(0, 2))
     c, s, cr, sr = np.cos(pitch), np.sin(pitch), np.cos(roll), np.sin(roll)
     tilt = np.array([[1, 0, 0], [0, -c, -s], [0, -s, c]]) @ np.array([[cr, -sr, 0], [sr, cr, 0], [0, 0, 1]])
@@ -356,10 +202,10 @@ def trace(scene: Scene) -> tuple[FloatArray, FloatArray, BoolArray]:
     materials = np.array(scene.materials or [[0] * MATERIAL_COLUMNS], np.float32)
     render(prims, materials, scene.relief, float(scene.span), scene.relief_material, tilt.astype(np.float32),
            np.array(scene.eye, np.float32), np.array(lens, np.float32), np.array(light, np.float32),
-           color, disparity)  # fmt: skip
+           color, disparity, upright)  # fmt: skip
     if not scene.sky:
         disparity[disparity == 0] = scene.backdrop
-    canvas = Canvas(color, disparity)
+    canvas = Canvas(color, disparity, upright)
     for sprite in scene.sprites:
         sprite(canvas)
-    return color, disparity, disparity <= 0
+    return color, disparity, disparity <= 0, upright > 0.5

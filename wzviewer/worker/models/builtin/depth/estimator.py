@@ -25,12 +25,12 @@ from wzviewer.worker.models.builtin.depth.refine import (
     smooth_disparity,
     snap_steps,
 )
-from wzviewer.worker.models.builtin.depth.sky import Sky, contour, fuse_sky
+from wzviewer.worker.models.builtin.depth.sky import Sky, contour, fuse_sky, sigmoid
+from wzviewer.worker.models.builtin.depth.upright import stand_up
 
 NETWORK_AREA, FINE_AREA = 144 * 96, 216 * 144
 QUARTER_AREA = 272 * 180
 DEPTH_FLOOR = 0.06  # inverse depth of the farthest thing that is not sky, the nearest being 1
-ROW_PRIOR = 0.0  # share of the row ramp (lower in the picture = nearer) mixed into the network's map
 
 
 @dataclass(frozen=True)
@@ -89,10 +89,10 @@ class DepthEstimator:
             A reading at the image's size.
         """
         picture = Pyramid.of(image)
-        disparity, logit, confidence = self._look(picture)
-        sky = contour(fuse_sky(logit, picture.quarter), picture.half, picture.full)
+        disparity, logit, stands, confidence = self._look(picture)
+        sky = contour(fuse_sky(logit, picture.quarter), picture.half, picture.full, sigmoid(logit))
         disparity, gate = _with_focus(disparity, sky, picture)
-        disparity = _refine(disparity, sky, picture)
+        disparity = _refine(disparity, sky, sigmoid(stands), picture)
         kind = "macro" if gate > 0.5 else ("landscape" if sky.mask.mean() > 0.03 else "indoor")
         size = (image.shape[1], image.shape[0])
         outside = cv2.resize(sky.mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
@@ -112,33 +112,30 @@ class DepthEstimator:
         estimate = cv2.resize(reading.disparity, size, interpolation=cv2.INTER_AREA)
         return BilateralGrid(estimate, np.clip(luma, 0, 1).astype(np.float32))
 
-    def _look(self, picture: "Pyramid") -> tuple[FloatArray, FloatArray, float]:
-        """Network at two sizes: disparity (p98 = 1) and sky logit at the quarter size, confidence."""
+    def _look(self, picture: "Pyramid") -> tuple[FloatArray, FloatArray, FloatArray, float]:
+        """Network at two sizes: disparity (p98 = 1), logits of sky and of standing, confidence."""
         size = picture.quarter.shape[1::-1]
-        coarse, coarse_logit, confidence = self._mirrored(picture.image, NETWORK_AREA, size)
-        fine, fine_logit, _ = self._mirrored(picture.image, FINE_AREA, size)
-        disparity = coarse + 0.6 * (_high_pass(fine) - _high_pass(coarse))
+        coarse, confidence = self._mirrored(picture.image, NETWORK_AREA, size)
+        fine, _ = self._mirrored(picture.image, FINE_AREA, size)
+        disparity = coarse[0] + 0.6 * (_high_pass(fine[0]) - _high_pass(coarse[0]))
         disparity = np.maximum(disparity, 0) / max(float(np.percentile(disparity, 98)), 1e-6)
-        h = disparity.shape[0]
-        ramp = np.linspace(0, 1, h, dtype=np.float32)[:, None]
-        disparity = (1 - ROW_PRIOR) * disparity + ROW_PRIOR * ramp
-        return disparity.astype(np.float32), 0.65 * coarse_logit + 0.35 * fine_logit, confidence
+        sky = 0.65 * coarse[1] + 0.35 * fine[1]
+        return disparity.astype(np.float32), sky, 0.5 * (coarse[2] + fine[2]), confidence
 
     def _mirrored(
         self, image: FloatArray, area: int, size: tuple[int, int]
-    ) -> tuple[FloatArray, FloatArray, float]:
-        """One forward pass over the picture and its mirror image, averaged, resized to `size`."""
+    ) -> tuple[list[FloatArray], float]:
+        """The network's maps of the picture and its mirror image, averaged, resized to `size`; confidence."""
         w, h = _sized(image, area, STRIDE)
         small = np.clip(cv2.resize(image, (w, h), interpolation=cv2.INTER_AREA), 0, 1)
         both = torch.from_numpy(np.stack([small, small[:, ::-1]]).transpose(0, 3, 1, 2).copy()).float()
         with torch.no_grad():
-            disparity, logit = (t.numpy() for t in self._network(both))
-        plain, mirrored = disparity[0], disparity[1, :, ::-1]
+            maps = [t.numpy() for t in self._network(both)]
+        plain, mirrored = maps[0][0], maps[0][1, :, ::-1]
         spread = float(np.abs(plain - plain.mean()).mean()) + 0.02
         confidence = float(np.clip(1 - np.abs(plain - mirrored).mean() / spread, 0, 1))
-        maps = [(plain + mirrored) / 2, (logit[0] + logit[1, :, ::-1]) / 2]
-        d, k = (cv2.resize(m, size, interpolation=cv2.INTER_CUBIC) for m in maps)
-        return d, k, confidence
+        means = [(m[0] + m[1, :, ::-1]) / 2 for m in maps]
+        return [cv2.resize(m, size, interpolation=cv2.INTER_CUBIC) for m in means], confidence
 
 
 @dataclass(frozen=True)
@@ -207,13 +204,14 @@ def _with_focus(disparity: FloatArray, sky: Sky, picture: Pyramid) -> tuple[Floa
     return (1 - share) * disparity + share * focus_disparity(ratio, weight, quarter), gate
 
 
-def _refine(disparity: FloatArray, sky: Sky, picture: Pyramid) -> FloatArray:
+def _refine(disparity: FloatArray, sky: Sky, stands: FloatArray, picture: Pyramid) -> FloatArray:
     """Quarter-size disparity to the full size: smooth, planes, steps snapped at two sizes."""
     soft = sky.soft > 0.5
     d = smooth_disparity(disparity, sky.soft, picture.half)
     ground = d[~soft]
     d = d / max(float(np.percentile(ground, 98)) if ground.size else 1.0, 1e-6)
     labels = segment((picture.half / np.float32(255)).astype(np.float32), max(d.shape), 0.8, 250, 120)
+    d = stand_up(d, soft, labels, stands, picture.half)
     d = segment_planes(d, soft, labels)
     d = extend_under(d, soft)
     d = cv2.bilateralFilter(d, 9, 0.06, 4)

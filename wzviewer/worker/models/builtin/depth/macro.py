@@ -8,10 +8,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
-from wzviewer.worker.models.builtin.depth.refine import segment
 from wzviewer.worker.models.builtin.depth.sky import smooth_like
-
-THING_THRESHOLD = 600.0  # graph segments as large as whole flowers
 
 
 def focus_ratio(full: ByteArray, size: tuple[int, int], sky: BoolArray) -> tuple[FloatArray, FloatArray]:
@@ -50,7 +47,7 @@ def macro_gate(ratio: FloatArray, weight: FloatArray, sky: BoolArray) -> float:
 
 
 def focus_disparity(ratio: FloatArray, weight: FloatArray, quarter: ByteArray) -> FloatArray:
-    """Disparity 0..1 of a close-up: sharp is near, and the middle of a sharp thing nearest.
+    """Disparity 0..1 of a close-up: the thing in focus is near as a whole, its middle nearest.
 
     Args:
         ratio: of `focus_ratio`.
@@ -58,19 +55,56 @@ def focus_disparity(ratio: FloatArray, weight: FloatArray, quarter: ByteArray) -
         quarter: (h, w, 3) u8 RGB at their size.
     """
     sharp = np.clip((ratio - 0.12) / 0.45, 0, 1).astype(np.float32)
-    smooth = smooth_like(quarter, sharp * weight, 300, 12)
-    smooth /= np.maximum(smooth_like(quarter, weight, 300, 12), 1e-4)
-    # a petal without texture of its own takes the reading of the thing that it belongs to
-    labels = segment(
-        (quarter / np.float32(255)).astype(np.float32), max(quarter.shape), 0.8, THING_THRESHOLD, 60
-    )
-    mass = np.bincount(labels.ravel(), weight.ravel()) + 1e-3
-    thing = (np.bincount(labels.ravel(), (sharp * weight).ravel()) / mass).astype(np.float32)[labels]
-    known = (mass[labels] > 1).astype(np.float32)
-    whole = smooth + 0.65 * known * (thing - smooth)
-    sharp = smooth_like(quarter, whole.astype(np.float32), 4, 12)
-    low, high = np.percentile(sharp, (3, 97))
-    sharp = np.clip((sharp - low) / max(float(high - low), 1e-6), 0, 1).astype(np.float32)
-    inside = cv2.distanceTransform((sharp > 0.45).astype(np.uint8), cv2.DIST_L2, 5)
-    dome = np.sqrt(inside / max(float(inside.max()), 1e-6))
-    return (0.22 + 0.58 * sharp + 0.2 * dome).astype(np.float32)
+    broad, _ = _around(sharp, weight, 9)
+    close, mass = _around(sharp, weight, 4)
+    thing = thing_in_focus(sharp, (close < 0.22) & (mass > 2), quarter)
+    whole = smooth_like(quarter, thing.astype(np.float32), 3, 12)
+    inside = cv2.distanceTransform(thing.astype(np.uint8), cv2.DIST_L2, 5)
+    dome = cv2.GaussianBlur(np.sqrt(inside / max(float(inside.max()), 1e-6)), (0, 0), 3)
+    relief = np.clip(broad, 0, 1) * (0.4 + 0.6 * whole)
+    return (0.28 + 0.36 * whole + 0.18 * relief + 0.16 * dome).astype(np.float32)
+
+
+def _around(sharp: FloatArray, weight: FloatArray, sigma: float) -> tuple[FloatArray, FloatArray]:
+    """Weighted mean sharpness around each pixel, and the mean weight."""
+    mass = cv2.GaussianBlur(weight, (0, 0), sigma)
+    return cv2.GaussianBlur(sharp * weight, (0, 0), sigma) / (mass + 0.3), mass
+
+
+def thing_in_focus(sharp: FloatArray, blurred: BoolArray, quarter: ByteArray) -> BoolArray:
+    """The whole thing of which parts are in focus: a petal that leaves the focal plane belongs to its flower.
+
+    Args:
+        sharp: (h, w) sharpness 0..1.
+        blurred: (h, w) where detail can be read around a pixel and is not sharp.
+        quarter: (h, w, 3) u8 RGB.
+
+    Returns:
+        (h, w), by GrabCut from the sharp parts; the sharp parts alone where there is nothing to cut.
+    """
+    unit = quarter.shape[0] / 180
+    seed = _large_parts(cv2.GaussianBlur(sharp, (0, 0), 2) > 0.55)
+    if not 0.005 < seed.mean() < 0.6:
+        return seed
+    away = cv2.distanceTransform((~seed).astype(np.uint8), cv2.DIST_L2, 5) / unit
+    labels = np.where((sharp > 0.3) | (away < 8), cv2.GC_PR_FGD, cv2.GC_PR_BGD).astype(np.uint8)
+    labels[(blurred & (away > 12)) | (away > 36)] = cv2.GC_BGD
+    labels[seed] = cv2.GC_FGD
+    if not (labels == cv2.GC_BGD).any():
+        return seed
+    cv2.setRNGSeed(0)  # its k-means draws from OpenCV's global generator
+    pixels = np.ascontiguousarray(quarter[..., ::-1])
+    cv2.grabCut(pixels, labels, None, np.zeros((1, 65)), np.zeros((1, 65)), 3, cv2.GC_INIT_WITH_MASK)
+    cut = (labels == cv2.GC_FGD) | (labels == cv2.GC_PR_FGD)
+    smooth = cv2.medianBlur(cut.astype(np.uint8), 5) > 0
+    _, parts = cv2.connectedComponents((smooth | seed).astype(np.uint8), connectivity=4)
+    return np.asarray(np.isin(parts, np.unique(parts[seed])), bool)
+
+
+def _large_parts(mask: BoolArray) -> BoolArray:
+    """Components of at least a sixth of the largest one."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    area = stats[:, cv2.CC_STAT_AREA].copy()
+    area[0] = 0
+    keep = area * 6 >= max(int(area.max()), 1)
+    return np.asarray(keep[labels], bool)

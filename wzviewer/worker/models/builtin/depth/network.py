@@ -1,4 +1,4 @@
-"""The compact depth network: a picture in, inverse depth and a sky logit out, at half its size.
+"""The compact depth network: a picture in; inverse depth, sky and what stands out, at half its size.
 
 1.45 million parameters, trained from scratch on procedural scenes (``training/train_depth.py``) and
 stored as float16.  Fully convolutional; two kinds of far-reaching context are added at the
@@ -61,16 +61,17 @@ class DepthNetwork(nn.Module):
         self.d3 = Up(d, c, c)
         self.d2 = Up(c, b, b)
         self.d1 = Up(b, a, 24)
-        self.out = nn.Conv2d(24, 2, 3, 1, 1)
+        self.out = nn.Conv2d(24, 3, 3, 1, 1)
 
-    def forward(self, image: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(self, image: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Reads pictures.
 
         Args:
             image: (n, 3, h, w) sRGB 0..1, sides multiples of `STRIDE`.
 
         Returns:
-            Disparity (n, h/2, w/2) >= 0, relative to its nearest things, and sky logits (n, h/2, w/2).
+            Disparity >= 0, relative to its nearest things, logits of sky, and logits of standing (a wall, a
+            person) rather than lying (a floor); each (n, h/2, w/2).
         """
         x = functional.leaky_relu(self.stem(planes(image)), 0.1)
         e1 = self.e1(x)
@@ -80,7 +81,7 @@ class DepthNetwork(nn.Module):
         summary = self.whole(torch.cat([e4.mean((2, 3)), e4.amax((2, 3))], 1))
         e4 = e4 + summary[:, :, None, None] + self.rows(e4.mean(3))[:, :, :, None]
         y = self.out(self.d1(self.d2(self.d3(e4, e3), e2), e1))
-        return functional.softplus(2 * y[:, 0]) / 2, y[:, 1]
+        return functional.softplus(2 * y[:, 0]) / 2, y[:, 1], y[:, 2]
 
 
 def planes(image: Tensor) -> Tensor:

@@ -1,7 +1,8 @@
 """Where the sky is: the network's opinion, colour rules that may add to it, and a crisp contour.
 
     network logit -> + smooth pale or blue regions that touch the top -> + blue top rule
-                  -> GrabCut outline -> edge-aware smoothing at two sizes -> mask
+                  -> GrabCut outline -> edge-aware smoothing -> spread by colour (outline)
+                  -> without what crisp edges cut off (calm) -> full size -> thin things back (outline)
 
 The rules never act alone: a white ceiling has the colour of a cloud.
 """
@@ -12,6 +13,8 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, DoubleArray, FloatArray
+from wzviewer.worker.models.builtin.depth.calm import cut_off, fine_detail
+from wzviewer.worker.models.builtin.depth.outline import regrow, spread
 
 LOGIT_LIMIT = 6.0
 
@@ -123,24 +126,36 @@ def smooth_like(guide: ByteArray, value: FloatArray, strength: float, color_sigm
     return np.asarray(cv2.ximgproc.fastGlobalSmootherFilter(guide, value, strength, color_sigma), np.float32)
 
 
-def contour(probability: FloatArray, half: ByteArray, full: ByteArray) -> Sky:
+def contour(
+    probability: FloatArray, half: ByteArray, full: ByteArray, belief: FloatArray | None = None
+) -> Sky:
     """Turns a coarse probability into a mask that follows the picture's edges.
 
     Args:
         probability: (h, w) at any size.
         half: (h, w, 3) u8 RGB, the picture at half size.
         full: the same at full size.
+        belief: (h, w) the network's own probability where the rules have changed it.
     """
-    k = cv2.resize(probability, half.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+    k = _at(probability, half)
     if float(k.max()) < 0.5:
         return Sky(np.zeros_like(k), np.zeros(full.shape[:2], bool))
     sure = (2 * k - 1) ** 2 + 0.02
     share = smooth_like(half, k * sure, 500, 7) / np.maximum(smooth_like(half, sure, 500, 7), 1e-6)
-    p = tidy(np.clip(share, 0, 1).astype(np.float32))
+    share = np.clip(share, 0, 1)
+    doubted = k if belief is None else _at(belief, half)
+    share[spread(share > 0.5, half, doubted) & (share <= 0.5)] = 0.75
+    share[cut_off(share > 0.5, fine_detail(full, half.shape[1::-1]), doubted)] = 0
+    p = tidy(share.astype(np.float32))
     fine = cv2.resize(p, full.shape[1::-1], interpolation=cv2.INTER_LINEAR)
     fine = smooth_like(full, fine, 12, 9)
     mask = cv2.medianBlur((fine > 0.5).astype(np.uint8), 5) > 0
+    mask = regrow(_without_specks(mask), full)
     return Sky(p.astype(np.float32), _without_specks(mask))
+
+
+def _at(value: FloatArray, image: ByteArray) -> FloatArray:
+    return np.asarray(cv2.resize(value, image.shape[1::-1], interpolation=cv2.INTER_LINEAR), np.float32)
 
 
 def tidy(p: FloatArray) -> FloatArray:
