@@ -11,9 +11,17 @@ from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Level, Scene, coverage_for
 from wzviewer.core.surfels import Surfels
+from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker import client as ev
 
 WIDTH, HEIGHT = 136, 90
+WORDS = Vocabulary(
+    objects=("ladybug", "butterfly", "blue morpho", "beetle", "bird"),
+    qualities=("blue", "two", "tiny"),
+    places=("leaf", "left"),
+    prepositions=("on",),
+    fillers=("a", "the"),
+)
 
 
 def checker(width: int, height: int, seed: int = 0, cells: int = 8) -> np.ndarray:

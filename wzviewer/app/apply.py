@@ -10,22 +10,12 @@ from dataclasses import replace
 from typing import Any
 
 from wzviewer.app import commands as cmd
-from wzviewer.app import documents, generation, history, viewing
+from wzviewer.app import documents, generation, history, prompting, viewing
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 
 LOG = logging.getLogger(__name__)
 Handler = Callable[[Services, AppState, Any], AppState]
-
-
-def edit_prompt(services: Services, state: AppState, command: cmd.EditPrompt) -> AppState:
-    """The prompt line holds another text; a refusal belongs to the text before."""
-    return replace(state, prompt=command.text, refusal="")
-
-
-def focus_prompt(services: Services, state: AppState, command: cmd.FocusPrompt) -> AppState:
-    """Puts the cursor into the prompt line."""
-    return replace(state, panels=replace(state.panels, wants_prompt_focus=command.is_wanted))
 
 
 def toggle(services: Services, state: AppState, command: cmd.Toggle) -> AppState:
@@ -67,8 +57,10 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.GoHome: viewing.go_home,
     cmd.GoToLevel: viewing.go_to_level,
     cmd.Resize: viewing.resize,
-    cmd.EditPrompt: edit_prompt,
-    cmd.FocusPrompt: focus_prompt,
+    cmd.EditPrompt: prompting.edit_prompt,
+    cmd.TakeOffer: prompting.take_offer,
+    cmd.ChooseOffer: prompting.choose_offer,
+    cmd.FocusPrompt: prompting.focus_prompt,
     cmd.Generate: generation.generate,
     cmd.CancelJob: generation.cancel,
     cmd.Undo: history.undo,

@@ -95,6 +95,20 @@ class EditPrompt(Command):
 
 
 @dataclass(frozen=True)
+class TakeOffer(Command):
+    """Put an offered prompt into the line, and the cursor behind it."""
+
+    prompt: str
+
+
+@dataclass(frozen=True)
+class ChooseOffer(Command):
+    """Mark the next or the previous offer."""
+
+    step: int
+
+
+@dataclass(frozen=True)
 class FocusPrompt(Command):
     """Put the cursor into the prompt line, or take it out again."""
 

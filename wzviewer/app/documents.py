@@ -89,6 +89,7 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         panels=Panels(tree=state.panels.tree, statistics=state.panels.statistics),
         now_s=state.now_s,
         is_worker_ready=state.is_worker_ready,
+        vocabulary=state.vocabulary,
     )
     if scene is not None:
         return _with_scene(services, fresh, scene, path)

@@ -12,6 +12,7 @@ import numpy as np
 from wzviewer.app import commands as cmd
 from wzviewer.app.history import noted
 from wzviewer.app.picking import world_point
+from wzviewer.app.prompting import refusal_of, with_prompt, with_vocabulary
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal, Job, StageNote, View
 from wzviewer.app.viewing import fly_to
@@ -112,6 +113,9 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
         return state.with_toast("One moment: the last request is still running. Esc cancels it.")
     if not len(state.scene):
         return reconstruct(services, state) if state.photo is not None else state
+    refusal = refusal_of(state.prompt, state.reading)
+    if refusal:  # at once, and not after a flight
+        return replace(state, refusal=refusal)
     view = state.view
     camera = view.flight.end if view.flight is not None else view.camera
     x_px, y_px = camera.width / 2, camera.height / 2
@@ -184,7 +188,7 @@ def cancel(services: Services, state: AppState, command: cmd.CancelJob) -> AppSt
 def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
     """Takes over something that the worker reported."""
     if isinstance(event, ev.WorkerStarted):
-        return replace(state, is_worker_ready=True)
+        return with_vocabulary(replace(state, is_worker_ready=True), event.vocabulary)
     if isinstance(event, ev.WorkerLost):
         state = replace(state, is_worker_ready=False)
         if any(t.kind == "error" and t.born_s == state.now_s for t in state.toasts):
@@ -244,7 +248,7 @@ def _finish(services: Services, state: AppState, level: Level) -> AppState:
     name = f"“{level.prompt}”" if level.prompt else "New detail"
     state = noted(state).with_toast(f"{name} is ready: {seconds:.1f} s.", "done")
     if level.prompt and level.prompt == state.prompt.strip():
-        state = replace(state, prompt="")
+        state = with_prompt(state, "")
     return request(services, state, state.goal) if state.goal is not None else state
 
 

@@ -15,6 +15,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray, DoubleArray
+from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
@@ -168,6 +169,9 @@ class AppState:
         saved: (levels, hidden) when last saved.
         prompt: U_{i+1} as typed.
         refusal: why the last prompt was refused; goes when the prompt changes.
+        vocabulary: words that the worker understands; empty until it has said so.
+        reading: how the prompt is understood so far.
+        offer: which of the offers is marked.
         job: the running request.
         goal: what the running chain of levels is for.
         is_goal_waiting: whether a flight has to end before the goal is asked for.
@@ -185,6 +189,9 @@ class AppState:
     saved: tuple[int, frozenset[int]] = (0, frozenset())
     prompt: str = ""
     refusal: str = ""
+    vocabulary: Vocabulary = field(default_factory=Vocabulary)
+    reading: Reading = field(default_factory=Reading)
+    offer: int = 0
     job: Job | None = None
     goal: Goal | None = None
     is_goal_waiting: bool = False
@@ -201,6 +208,11 @@ class AppState:
     def has_document(self) -> bool:
         """Whether there is a photo or a scene; otherwise the start page is shown."""
         return self.photo is not None or len(self.scene) > 0
+
+    @property
+    def offers(self) -> tuple[Offer, ...]:
+        """Prompts that are one key away."""
+        return self.reading.offers if self.prompt.strip() else starters(self.vocabulary)
 
     @property
     def num_finished(self) -> int:
