@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
+from wzviewer.app import auto, documents, generation, history, prompting, viewing
 from wzviewer.app import commands as cmd
-from wzviewer.app import documents, generation, history, prompting, viewing
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 
@@ -62,6 +62,7 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.ChooseOffer: prompting.choose_offer,
     cmd.FocusPrompt: prompting.focus_prompt,
     cmd.Generate: generation.generate,
+    cmd.ToggleAuto: auto.toggle_auto,
     cmd.CancelJob: generation.cancel,
     cmd.Undo: history.undo,
     cmd.Redo: history.redo,
@@ -104,6 +105,11 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
         goal, state = state.goal, replace(state, goal=None, is_goal_waiting=False)
         state = _guarded(generation.request, services, state, goal)
     return state
+
+
+def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
+    """What the app does by itself once a frame has been answered."""
+    return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 
 def _guarded(handler: Handler, services: Services, state: AppState, argument: object) -> AppState:

@@ -121,6 +121,11 @@ class Generate(Command):
 
 
 @dataclass(frozen=True)
+class ToggleAuto(Command):
+    """Switch auto detail on or off."""
+
+
+@dataclass(frozen=True)
 class CancelJob(Command):
     """Stop the running request."""
 

@@ -90,6 +90,7 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         now_s=state.now_s,
         is_worker_ready=state.is_worker_ready,
         vocabulary=state.vocabulary,
+        settings=state.settings,
     )
     if scene is not None:
         return _with_scene(services, fresh, scene, path)

@@ -109,7 +109,7 @@ def _step(level: Level, frame: Camera, focus: DoubleArray) -> float:
 
 def generate(services: Services, state: AppState, command: cmd.Generate) -> AppState:
     """Asks for new detail where the user looks; flies closer first where that is needed."""
-    if state.job is not None:
+    if state.job is not None and not state.job.is_auto:
         return state.with_toast("One moment: the last request is still running. Esc cancels it.")
     if not len(state.scene):
         return reconstruct(services, state) if state.photo is not None else state
@@ -127,6 +127,10 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
     if plan is None:
         return state.with_toast("There is no picture at the centre of the view. Pan onto it first.", "error")
     state = replace(state, refusal="")
+    if state.job is not None:  # of auto detail: it makes room for what was asked for
+        services.client.cancel()
+        job = replace(state.job, is_cancelling=True)
+        return replace(state, job=job, goal=goal, is_goal_waiting=True)
     if plan.step < STEP_MIN and not plan.is_extension:
         return _closer(state, goal, plan)
     return request(services, state, goal)
@@ -140,7 +144,7 @@ def _closer(state: AppState, goal: Goal, plan: Plan) -> AppState:
     return state.with_toast(f"Moved ×{factor:.0f} closer: new detail appears where you zoom in.")
 
 
-def request(services: Services, state: AppState, goal: Goal) -> AppState:
+def request(services: Services, state: AppState, goal: Goal, is_auto: bool = False) -> AppState:
     """Asks for the next level on the way to a goal."""
     state = replace(state, goal=None, is_goal_waiting=False)
     plan = plan_level(state.scene, goal)
@@ -153,7 +157,7 @@ def request(services: Services, state: AppState, goal: Goal) -> AppState:
         request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed=index)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
-    job = Job(request_id, "level", prompt, state.now_s)
+    job = Job(request_id, "level", prompt, state.now_s, is_auto=is_auto)
     return replace(state, job=job, goal=None if is_last else goal)
 
 
@@ -175,7 +179,7 @@ def reconstruct(services: Services, state: AppState) -> AppState:
 
 def cancel(services: Services, state: AppState, command: cmd.CancelJob) -> AppState:
     """Stops the running request and what was to follow it."""
-    state = replace(state, goal=None, is_goal_waiting=False)
+    state = replace(state, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
     if state.job is None:
         return state
     services.client.cancel()
@@ -238,7 +242,8 @@ def _with_first_level(state: AppState, level: Level) -> AppState:
 
 
 def _finish(services: Services, state: AppState, level: Level) -> AppState:
-    started_s = state.job.started_s if state.job is not None else state.now_s
+    job = state.job
+    started_s = job.started_s if job is not None else state.now_s
     state = _take(state, level)
     state.scene.commit(level.index)
     state = replace(state, job=None)
@@ -249,14 +254,18 @@ def _finish(services: Services, state: AppState, level: Level) -> AppState:
     state = noted(state).with_toast(f"{name} is ready: {seconds:.1f} s.", "done")
     if level.prompt and level.prompt == state.prompt.strip():
         state = with_prompt(state, "")
-    return request(services, state, state.goal) if state.goal is not None else state
+    is_auto = job is not None and job.is_auto
+    return request(services, state, state.goal, is_auto) if state.goal is not None else state
 
 
 def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     index = len(state.scene) - 1
     if state.job is not None and state.job.level == index and not state.scene.is_committed(index):
         state.scene.abort(index)
-    state = replace(state, job=None, goal=None, is_goal_waiting=False)
+    job = state.job
+    if job is not None and job.is_auto and event.cancelled and state.is_goal_waiting:
+        return replace(state, job=None)  # it made room
+    state = replace(state, job=None, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
     if event.cancelled:
         return state if state.next_path is not None else state.with_toast("Cancelled.")
     line = _sentence(event)

@@ -53,6 +53,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("Home", "The whole picture", "Look", (K.home, K.h), cmd.GoHome),
     Binding("Enter, G", "New detail where you look", "Make", (K.enter, K.keypad_enter, K.g), cmd.Generate),
     Binding("/", "Type what should be there", "Make", (K.slash,), cmd.FocusPrompt),
+    Binding("X", "Auto detail on or off", "Make", (K.x,), cmd.ToggleAuto),
     Binding("Esc", "Cancel, close", "Make", (K.escape,), cmd.Escape),
     Binding(f"{MODIFIER} Z", "Undo a level", "Make", (K.z,), cmd.Undo, ctrl=True),
     Binding(f"{MODIFIER} Shift Z", "Redo", "Make", (K.z,), cmd.Redo, ctrl=True, shift=True),

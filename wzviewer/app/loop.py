@@ -5,8 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from imgui_bundle import imgui
+
 from wzviewer.app import commands as cmd
-from wzviewer.app.apply import apply, drain
+from wzviewer.app.apply import apply, drain, tick
 from wzviewer.app.dialogs import SystemDialogs
 from wzviewer.app.documents import answered, demo_photo
 from wzviewer.app.drawing import BACKGROUND, SceneDrawing
@@ -16,6 +18,7 @@ from wzviewer.app.pacing import Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.services import Client, SceneRenderer, Services
+from wzviewer.app.settings import NoStore, SettingsFile, Store
 from wzviewer.app.state import empty_state
 from wzviewer.app.thumbnails import Thumbnails
 from wzviewer.app.viewing import advance, refocus
@@ -35,13 +38,25 @@ class App:
         window: to draw in.
         client: Thread 2.
         renderer: of the scene; a `SceneDrawing` when None.
+        store: where settings are kept; None keeps none.
     """
 
-    def __init__(self, window: Window, client: Client, renderer: SceneRenderer | None = None) -> None:
+    def __init__(
+        self,
+        window: Window,
+        client: Client,
+        renderer: SceneRenderer | None = None,
+        store: Store | None = None,
+    ) -> None:
         client.start()  # at once: it takes seconds until it is ready
         self.window = window
-        self.services = Services(client, renderer or SceneDrawing(window.context), SystemDialogs())
-        self.state = empty_state(*window.size_px)
+        store = store or NoStore()
+        settings, complaint = store.load()
+        renderer = renderer or SceneDrawing(window.context)
+        self.services = Services(client, renderer, SystemDialogs(), store)
+        self.state = replace(empty_state(*window.size_px), settings=settings)
+        if complaint:
+            self.state = self.state.with_toast(complaint, "error")
         self.pace = Pace(target_s=self.services.renderer.target_s)
         self.frame_s = 0.0  # what the last new picture took
         self._hand = Hand()
@@ -94,6 +109,7 @@ class App:
         if pulse.wants_close:
             self.do(cmd.Close())
         self.state = refocus(self.services, self.state)
+        self.state = tick(self.services, self.state, imgui.get_io().want_text_input)
         self._name_window()
 
     def _paint(self, framebuffer: Any) -> None:  # noqa: ANN401 - a moderngl object
@@ -121,8 +137,6 @@ class App:
         return commands + asked
 
     def _ui(self) -> Ui:
-        from imgui_bundle import imgui
-
         size = imgui.get_io().display_size
         state, thumbnails = self.state, self._thumbnails
         shown: set[object] = {level.index for level in state.scene}
@@ -180,7 +194,7 @@ def run_app(
         OutputError: when the screenshot cannot be written.
     """
     window: Window = OffscreenWindow() if headless else GlfwWindow()
-    app = App(window, WorkerClient(synthesizer))
+    app = App(window, WorkerClient(synthesizer), store=NoStore() if headless else SettingsFile.of_user())
     try:
         app.run(path, frames)
         if screenshot is not None:

@@ -1,10 +1,11 @@
 """What the app needs of the outside, as small protocols, so that each has a stand-in for tests."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from wzviewer.app.settings import NoStore, Store
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray
@@ -116,3 +117,4 @@ class Services:
     client: Client
     renderer: SceneRenderer
     dialogs: Dialogs
+    store: Store = field(default_factory=NoStore)

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from wzviewer.app.settings import Settings
 from wzviewer.core.camera import Camera
 from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
 from wzviewer.core.scene import Scene
@@ -66,6 +67,7 @@ class Job:
         fraction: of the whole, [0, 1].
         level: index of the level in the making, once a preview is there.
         is_cancelling: whether the user asked to stop.
+        is_auto: whether nobody asked for it: the view rested where detail was missing.
     """
 
     request_id: int
@@ -76,6 +78,7 @@ class Job:
     fraction: float = 0.0
     level: int | None = None
     is_cancelling: bool = False
+    is_auto: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +178,8 @@ class AppState:
         job: the running request.
         goal: what the running chain of levels is for.
         is_goal_waiting: whether a flight has to end before the goal is asked for.
+        settings: what the user prefers.
+        asked_for: camera that auto detail has dealt with.
         undone: levels that redo brings back, the next one last.
         after: what to do once unsaved changes are settled.
         next_path: to be opened once the running request has stopped.
@@ -195,6 +200,8 @@ class AppState:
     job: Job | None = None
     goal: Goal | None = None
     is_goal_waiting: bool = False
+    settings: Settings = field(default_factory=Settings)
+    asked_for: Camera | None = None
     undone: tuple[int, ...] = ()
     toasts: tuple[Toast, ...] = ()
     panels: Panels = field(default_factory=Panels)

@@ -14,8 +14,11 @@ from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primar
 from wzviewer.app.state import AppState, Job
 from wzviewer.app.theme import u32
 
-HINT = "Add something here, such as “a ladybug”, or leave empty for finer detail"
-SHORT_HINT = "Add something, or leave empty"
+HINTS = (
+    "Add something here, such as “a ladybug”, or leave empty for finer detail",
+    "Add something, or leave empty",
+)
+AUTO_HINTS = ("Add something here, such as “a ladybug”; finer detail comes by itself", "Add something here")
 BUTTON_PT = 112.0
 LAST_STAGE = 5  # of the paper
 
@@ -50,7 +53,8 @@ def _line(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], bool]
     if state.panels.wants_prompt_focus:
         imgui.set_keyboard_focus_here()
         commands.append(cmd.FocusPrompt(False))
-    hint = HINT if rect.width > ui.pt(560) else SHORT_HINT
+    hints = AUTO_HINTS if state.settings.auto_detail else HINTS
+    hint = hints[0] if rect.width > ui.pt(560) else hints[1]
     changed, text, steps = _field(state, hint)
     commands += [cmd.ChooseOffer(step) for step in steps]
     if changed and not imgui.is_key_pressed(imgui.Key.escape):  # which would bring back the old text
@@ -140,6 +144,8 @@ def _headline(state: AppState, job: Job) -> str:
     if not job.stages:
         return _waiting(state, job)
     stage = job.stages[-1]
+    if job.is_auto:
+        return f"Auto detail: {stage.name}"
     number = f"{stage.number}/{LAST_STAGE}   " if stage.number else ""
     return f"{number}{stage.name[:1].upper()}{stage.name[1:]}"
 
