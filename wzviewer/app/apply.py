@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
-from wzviewer.app import auto, documents, generation, history, prompting, viewing
+from wzviewer.app import auto, documents, generation, history, prompting, trail, viewing
 from wzviewer.app import commands as cmd
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
@@ -55,6 +55,8 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.Fly: viewing.fly,
     cmd.ZoomTo: viewing.zoom_to,
     cmd.GoHome: viewing.go_home,
+    cmd.GoBack: trail.go_back,
+    cmd.GoForward: trail.go_forward,
     cmd.GoToLevel: viewing.go_to_level,
     cmd.Resize: viewing.resize,
     cmd.EditPrompt: prompting.edit_prompt,
@@ -109,6 +111,7 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
 
 def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     """What the app does by itself once a frame has been answered."""
+    state = trail.note_place(state)
     return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 

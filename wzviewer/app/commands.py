@@ -70,6 +70,16 @@ class GoHome(Command):
 
 
 @dataclass(frozen=True)
+class GoBack(Command):
+    """Fly to the place before."""
+
+
+@dataclass(frozen=True)
+class GoForward(Command):
+    """Fly to the place that was left by going back."""
+
+
+@dataclass(frozen=True)
 class GoToLevel(Command):
     """Fly to the camera of a level."""
 

@@ -51,6 +51,8 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("Double click", "Fly there and closer", "Look"),
     Binding("W A S D, Q E", "Fly; Shift fast, Alt slow", "Look"),
     Binding("Home", "The whole picture", "Look", (K.home, K.h), cmd.GoHome),
+    Binding("[, Backspace", "The view before", "Look", (K.left_bracket, K.backspace), cmd.GoBack),
+    Binding("]", "The view after", "Look", (K.right_bracket,), cmd.GoForward),
     Binding("Enter, G", "New detail where you look", "Make", (K.enter, K.keypad_enter, K.g), cmd.Generate),
     Binding("/", "Type what should be there", "Make", (K.slash,), cmd.FocusPrompt),
     Binding("X", "Auto detail on or off", "Make", (K.x,), cmd.ToggleAuto),

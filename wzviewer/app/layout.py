@@ -44,6 +44,7 @@ class Layout:
         scale: imgui units per point.
         window: everything.
         toolbar: top left.
+        breadcrumb: right of it, as wide as its contents, at most this.
         tree: below it, as high as its contents need, at most this.
         statistics: top right.
         toasts: below it, or in its place.
@@ -55,6 +56,7 @@ class Layout:
     scale: float
     window: Rect
     toolbar: Rect
+    breadcrumb: Rect
     tree: Rect
     statistics: Rect
     toasts: Rect
@@ -82,13 +84,16 @@ def arrange(width: float, height: float, scale: float) -> Layout:
     tree_y = gap + bar + gap
     right_width = min(310 * scale, width - side - 3 * gap)
     right_x = width - gap - right_width
+    toolbar = Rect(gap, gap, min(TOOLBAR_PT * scale, width - 2 * gap), bar)
+    crumbs_x = toolbar.right + gap / 2
     return Layout(
         scale,
         Rect(0.0, 0.0, width, height),
-        Rect(gap, gap, min(TOOLBAR_PT * scale, width - 2 * gap), bar),
+        toolbar,
+        Rect(crumbs_x, gap, max(width - gap - crumbs_x, 0.0), bar),
         Rect(gap, tree_y, side, max(min(bottom, prompt_y) - gap - tree_y, bar)),
         Rect(right_x, gap + bar + gap, right_width, 222 * scale),
-        Rect(right_x, gap, right_width, min(bottom, prompt_y) - 2 * gap),
+        Rect(right_x, gap + bar + gap, right_width, min(bottom, prompt_y) - 3 * gap - bar),
         prompt,
         Rect(gap, bottom, corner, bar),
         Rect(width - gap - corner, bottom, corner, bar),

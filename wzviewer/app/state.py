@@ -138,6 +138,27 @@ class View:
         return self.flight is not None or self.drag is not None or not self.spring.is_resting
 
 
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A view that one can come back to.
+
+    Attributes:
+        camera: C_render there.
+        focus: (3,) world point that was looked at.
+    """
+
+    camera: Camera
+    focus: DoubleArray
+
+
+@dataclass(frozen=True, eq=False)
+class Trail:
+    """Places where the view came to rest, oldest first, and which of them is the present one."""
+
+    places: tuple[Place, ...] = ()
+    at: int = 0
+
+
 @dataclass(frozen=True)
 class Panels:
     """What is shown beside the picture."""
@@ -180,6 +201,7 @@ class AppState:
         is_goal_waiting: whether a flight has to end before the goal is asked for.
         settings: what the user prefers.
         asked_for: camera that auto detail has dealt with.
+        trail: places that back and forward go through.
         undone: levels that redo brings back, the next one last.
         after: what to do once unsaved changes are settled.
         next_path: to be opened once the running request has stopped.
@@ -202,6 +224,7 @@ class AppState:
     is_goal_waiting: bool = False
     settings: Settings = field(default_factory=Settings)
     asked_for: Camera | None = None
+    trail: Trail = field(default_factory=Trail)
     undone: tuple[int, ...] = ()
     toasts: tuple[Toast, ...] = ()
     panels: Panels = field(default_factory=Panels)

@@ -3,6 +3,7 @@
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.panels.breadcrumb import draw_breadcrumb
 from wzviewer.app.panels.dialogs import draw_dialogs
 from wzviewer.app.panels.help import draw_help
 from wzviewer.app.panels.prompt import draw_prompt
@@ -25,7 +26,7 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     else:
         if not len(state.scene):
             _flat_photo(state, ui)
-        commands += draw_toolbar(state, ui) + draw_tree(state, ui)
+        commands += draw_toolbar(state, ui) + draw_breadcrumb(state, ui) + draw_tree(state, ui)
         draw_scale_bar(state, ui)
         draw_status(state, ui)
         commands += draw_prompt(state, ui) + draw_statistics(state, ui)
