@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from wzviewer.app.services import Services
+from wzviewer.app.look import Look
+from wzviewer.app.services import PLAIN, Services
 from wzviewer.app.state import AppState, View
 from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
@@ -179,7 +180,9 @@ class FakeRenderer:
     def sync(self, scene: Scene) -> bool:
         return True
 
-    def draw(self, camera: Camera, fraction: float = 1.0, is_moving: bool = False) -> "FakePicture":
+    def draw(
+        self, camera: Camera, fraction: float = 1.0, is_moving: bool = False, look: Look = PLAIN
+    ) -> "FakePicture":
         return FakePicture(camera.width, camera.height)
 
     def pick(self, camera: Camera, x_px: float, y_px: float) -> tuple[float, int] | None:

@@ -11,6 +11,7 @@ from typing import Any
 
 from wzviewer.app import auto, documents, generation, history, prompting, trail, viewing
 from wzviewer.app import commands as cmd
+from wzviewer.app.look import MODES
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 
@@ -28,6 +29,19 @@ def toggle(services: Services, state: AppState, command: cmd.Toggle) -> AppState
     else:
         panels = replace(panels, help=not panels.help)
     return replace(state, panels=panels)
+
+
+def set_look(services: Services, state: AppState, command: cmd.SetLook) -> AppState:
+    """Draws the scene another way."""
+    return replace(state, look=command.look)
+
+
+def next_mode(services: Services, state: AppState, command: cmd.NextMode) -> AppState:
+    """Goes on to the next of picture, levels, depth and coverage, and says which it is."""
+    names = [mode for mode, _ in MODES]
+    mode, name = MODES[(names.index(state.look.mode) + 1) % len(MODES)]
+    state = replace(state, look=replace(state.look, mode=mode))
+    return state.with_toast(f"View: {name.lower()}.")
 
 
 def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState:
@@ -58,6 +72,8 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.GoBack: trail.go_back,
     cmd.GoForward: trail.go_forward,
     cmd.GoToLevel: viewing.go_to_level,
+    cmd.SetLook: set_look,
+    cmd.NextMode: next_mode,
     cmd.Resize: viewing.resize,
     cmd.EditPrompt: prompting.edit_prompt,
     cmd.TakeOffer: prompting.take_offer,

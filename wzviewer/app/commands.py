@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from wzviewer.app.look import Look
+
 Panel = Literal["tree", "statistics", "help"]
 
 
@@ -84,6 +86,18 @@ class GoToLevel(Command):
     """Fly to the camera of a level."""
 
     index: int
+
+
+@dataclass(frozen=True)
+class SetLook(Command):
+    """Draw the scene another way."""
+
+    look: Look
+
+
+@dataclass(frozen=True)
+class NextMode(Command):
+    """Go on to the next of picture, levels, depth and coverage."""
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ def save_picture(services: Services, state: AppState, command: cmd.SavePicture) 
     if not len(state.scene):
         return state.with_toast("There is no scene to take a picture of.")
     try:
-        image = services.renderer.draw(state.view.camera).read_color8()
+        image = services.renderer.draw(state.view.camera, look=state.look).read_color8()
         with whole_file(path) as file:
             file.write(encode_png(image))
     except (WzError, OSError, ValueError) as error:

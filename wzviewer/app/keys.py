@@ -65,7 +65,8 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} Shift S", "Save as", "File", (K.s,), lambda: cmd.Save(True), True, True),
     Binding(f"{MODIFIER} P", "Save the picture", "File", (K.p,), cmd.AskPicture, ctrl=True),
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
-    Binding("F3", "Statistics", "Panels", (K.f3,), lambda: cmd.Toggle("statistics")),
+    Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),
+    Binding("F3", "Look behind, statistics", "Panels", (K.f3,), lambda: cmd.Toggle("statistics")),
     Binding("F1", "This help", "Panels", (K.f1,), lambda: cmd.Toggle("help")),
     Binding(f"{MODIFIER} Q", "Close", "File", (K.q,), cmd.Close, ctrl=True),
 )

@@ -1,6 +1,7 @@
 """The frame loop: Algorithm 1, lines 1-9.  Thread 2 (lines 10-32) is `wzviewer.worker`."""
 
 import time
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ from wzviewer.core.types import ByteArray
 from wzviewer.errors import WzError
 from wzviewer.worker.client import WorkerClient
 
+SHOWN_FRAMES = 120  # in the plot of frame times
 POLL_BUDGET_S = 0.004  # of a frame, for what the worker sends
 
 
@@ -59,6 +61,7 @@ class App:
             self.state = self.state.with_toast(complaint, "error")
         self.pace = Pace(target_s=self.services.renderer.target_s)
         self.frame_s = 0.0  # what the last new picture took
+        self._times_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
         self._hand = Hand()
         self._thumbnails = Thumbnails(window.context)
         self._backdrop: ByteArray | None = None
@@ -122,12 +125,13 @@ class App:
         began_s = time.perf_counter()
         self.services.renderer.sync(state.scene)
         fraction = self.pace.fraction(state.is_moving)
-        picture = self.services.renderer.draw(state.view.camera, fraction, state.is_moving)
+        picture = self.services.renderer.draw(state.view.camera, fraction, state.is_moving, state.look)
         picture.present_to(framebuffer, (0, 0, width, height))
         if state.is_moving:
             on_cpu_s = time.perf_counter() - began_s  # a graphics card works on after that
             self.frame_s = max(on_cpu_s, self.services.renderer.gpu_s)
             self.pace = self.pace.measured(True, self.frame_s)
+            self._times_ms.append(1e3 * self.frame_s)
 
     def _panels(self) -> list[cmd.Command]:
         """Draws the panels; returns what they and the input ask for."""
@@ -146,7 +150,9 @@ class App:
         thumbnails.keep_only(shown)
         statistics = {**self._timing(), **self.services.renderer.statistics()} if len(state.scene) else {}
         layout = arrange(size.x, size.y, self.window.scale)
-        return Ui(layout, self.window.fonts, thumbnails.of_scene(state.scene), photo, backdrop, statistics)
+        pictures = (thumbnails.of_scene(state.scene), photo, backdrop)
+        target_ms = 1e3 * self.services.renderer.target_s
+        return Ui(layout, self.window.fonts, *pictures, statistics, tuple(self._times_ms), target_ms)
 
     def _start_picture(self) -> ByteArray | None:
         if self._backdrop is None and (path := demo_photo()) is not None:

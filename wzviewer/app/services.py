@@ -5,11 +5,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from wzviewer.app.look import Look
 from wzviewer.app.settings import NoStore, Store
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray
 from wzviewer.worker.client import Event
+
+PLAIN = Look()
 
 
 class Client(Protocol):
@@ -74,7 +77,9 @@ class SceneRenderer(Protocol):
         """Takes over some of what changed in the scene; returns whether that was all."""
         ...
 
-    def draw(self, camera: Camera, fraction: float = 1.0, is_moving: bool = False) -> Picture:
+    def draw(
+        self, camera: Camera, fraction: float = 1.0, is_moving: bool = False, look: Look = PLAIN
+    ) -> Picture:
         """Renders the scene at a fraction of the resolution; in motion less exactly."""
         ...
 

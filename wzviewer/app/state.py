@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from wzviewer.app.look import Look
 from wzviewer.app.settings import Settings
 from wzviewer.core.camera import Camera
 from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
@@ -201,6 +202,7 @@ class AppState:
         is_goal_waiting: whether a flight has to end before the goal is asked for.
         settings: what the user prefers.
         asked_for: camera that auto detail has dealt with.
+        look: how the scene is drawn.
         trail: places that back and forward go through.
         undone: levels that redo brings back, the next one last.
         after: what to do once unsaved changes are settled.
@@ -224,6 +226,7 @@ class AppState:
     is_goal_waiting: bool = False
     settings: Settings = field(default_factory=Settings)
     asked_for: Camera | None = None
+    look: Look = field(default_factory=Look)
     trail: Trail = field(default_factory=Trail)
     undone: tuple[int, ...] = ()
     toasts: tuple[Toast, ...] = ()

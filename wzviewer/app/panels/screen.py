@@ -6,9 +6,9 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.panels.breadcrumb import draw_breadcrumb
 from wzviewer.app.panels.dialogs import draw_dialogs
 from wzviewer.app.panels.help import draw_help
+from wzviewer.app.panels.look import draw_look
 from wzviewer.app.panels.prompt import draw_prompt
 from wzviewer.app.panels.start import draw_start
-from wzviewer.app.panels.statistics import draw_statistics
 from wzviewer.app.panels.status import draw_scale_bar, draw_status
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.toasts import draw_toasts
@@ -29,11 +29,9 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
         commands += draw_toolbar(state, ui) + draw_breadcrumb(state, ui) + draw_tree(state, ui)
         draw_scale_bar(state, ui)
         draw_status(state, ui)
-        commands += draw_prompt(state, ui) + draw_statistics(state, ui)
-    layout = ui.layout
-    shows_numbers = state.panels.statistics and state.has_document
-    top = layout.statistics.bottom + ui.pt(8) if shows_numbers else layout.toasts.y
-    commands += draw_toasts(state, ui, top)
+        commands += draw_prompt(state, ui) + draw_look(state, ui)
+    is_beside = state.panels.statistics and state.has_document
+    commands += draw_toasts(state, ui, ui.layout.toasts_beside if is_beside else ui.layout.toasts)
     return commands + draw_help(state, ui) + draw_dialogs(state, ui)
 
 

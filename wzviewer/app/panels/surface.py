@@ -1,6 +1,6 @@
 """What all panels share: the picture of the interface that they draw into, and its plates."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -33,6 +33,8 @@ class Ui:
         photo: the flat picture, before E_0 exists.
         backdrop: the picture behind the start page.
         statistics: lines for the statistics panel.
+        frame_times_ms: of the last pictures in motion.
+        target_ms: that such a picture may take.
     """
 
     layout: Layout
@@ -41,6 +43,8 @@ class Ui:
     photo: Thumbnail | None = None
     backdrop: Thumbnail | None = None
     statistics: Mapping[str, str] = field(default_factory=dict)
+    frame_times_ms: Sequence[float] = ()
+    target_ms: float = 16.7
 
     def pt(self, points: float) -> float:
         """Points to imgui units."""
