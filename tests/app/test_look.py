@@ -49,7 +49,7 @@ def test_each_level_has_a_colour_of_its_own():
 
 
 def test_holes_shine():
-    colors = coverage_colors(np.float32([[0.0, 0.9, 1.0]]))[0]
+    colors = coverage_colors(np.float32([[0.0, 0.8, 1.0]]))[0]
     assert (colors[0] == HOLE).all()
     assert (colors[2] == FULL).all()
     assert colors[1, 0] > FULL[0]

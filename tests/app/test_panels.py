@@ -1,6 +1,7 @@
 """Panels without a window: state in, commands out."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from imgui_bundle import imgui
@@ -8,6 +9,7 @@ from imgui_bundle import imgui
 from tests.app.fakes import WORDS, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
+from wzviewer.app.journal import Leftover
 from wzviewer.app.keys import BINDINGS
 from wzviewer.app.layout import arrange
 from wzviewer.app.panels.help import COLUMNS, rows_of
@@ -32,6 +34,11 @@ STATES = {
     "toasts": lambda: state_with(make_scene(2)).with_toast("one").with_toast("two " * 60, "error"),
     "numbers": lambda: replace(state_with(make_scene(2)), panels=Panels(statistics=True, help=True)),
     "unsaved": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="unsaved")),
+    "recover": lambda: replace(
+        empty_state(1280, 800),
+        leftover=Leftover(Path("x"), "meadow.png", 3),
+        panels=Panels(dialog="recover"),
+    ),
     "path": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="save", dialog_path="/x")),
 }
 

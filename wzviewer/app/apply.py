@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
-from wzviewer.app import auto, documents, generation, history, prompting, trail, viewing
+from wzviewer.app import auto, documents, generation, history, prompting, recovery, trail, viewing
 from wzviewer.app import commands as cmd
 from wzviewer.app.look import MODES
 from wzviewer.app.services import Services
@@ -93,6 +93,7 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.SavePicture: documents.save_picture,
     cmd.Close: documents.close,
     cmd.SettleUnsaved: documents.settle_unsaved,
+    cmd.SettleRecovery: recovery.settle_recovery,
     cmd.Toggle: toggle,
     cmd.Escape: escape,
     cmd.EditPath: documents.edit_path,
@@ -128,6 +129,7 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
 def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     """What the app does by itself once a frame has been answered."""
     state = trail.note_place(state)
+    recovery.keep(services, state)
     return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 

@@ -222,6 +222,13 @@ class SettleUnsaved(Command):
     answer: Literal["save", "discard", "stay"]
 
 
+@dataclass(frozen=True)
+class SettleRecovery(Command):
+    """The answer to the question about levels that a crash left behind."""
+
+    answer: Literal["recover", "discard"]
+
+
 # ------------------------------------------------------------------ panels
 
 

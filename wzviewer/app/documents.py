@@ -93,13 +93,14 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         settings=state.settings,
     )
     if scene is not None:
-        return _with_scene(services, fresh, scene, path)
+        return with_scene(services, fresh, scene, path)
     assert photo is not None  # either, by construction
     view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
     return reconstruct(services, replace(fresh, view=view, photo=photo))
 
 
-def _with_scene(services: Services, state: AppState, scene: Scene, path: Path) -> AppState:
+def with_scene(services: Services, state: AppState, scene: Scene, path: Path | None) -> AppState:
+    """Returns the state with a finished scene as its document."""
     services.client.load(scene)
     view = View.at_home(scene[0].camera, state.view.camera.width, state.view.camera.height)
     centre = view.camera.unproject(view.camera.width / 2, view.camera.height / 2, scene[0].anchor_depth)

@@ -19,7 +19,8 @@ MODES: tuple[tuple[Mode, str], ...] = (
 # From near to far, and from nothing to all; even steps of lightness.
 RAMP = np.array([(253, 231, 150), (240, 150, 90), (190, 80, 110), (110, 55, 130), (35, 30, 75)], np.float64)
 HOLE = np.array((255, 60, 160), np.float64)
-FULL = np.array((38, 46, 60), np.float64)
+FULL = np.array((70, 84, 108), np.float64)
+CLOSED = 0.9  # see `RenderSettings.closed_coverage`
 TINT = 0.6  # of a level's colour over the picture's own brightness
 GOLDEN = 0.381966  # of the circle of hues, so that neighbours differ most
 FIRST_HUE = 0.09
@@ -103,8 +104,8 @@ def depth_colors(depth: DoubleArray) -> ByteArray:
 
 
 def coverage_colors(coverage: FloatArray) -> ByteArray:
-    """Returns coverages (h, w) from bright (a hole) to dark (closed)."""
-    open_share = 1.0 - np.clip(coverage.astype(np.float64), 0.0, 1.0)[..., None]
+    """Returns coverages (h, w) from bright (a hole) to dark (closed, as far as it is presented so)."""
+    open_share = 1.0 - np.clip(coverage.astype(np.float64) / CLOSED, 0.0, 1.0)[..., None]
     return np.rint(FULL + (HOLE - FULL) * open_share**0.6).astype(np.uint8)
 
 

@@ -14,10 +14,12 @@ from wzviewer.app.dialogs import SystemDialogs
 from wzviewer.app.documents import answered, demo_photo
 from wzviewer.app.drawing import BACKGROUND, SceneDrawing
 from wzviewer.app.input import Hand, read_input
+from wzviewer.app.journal import Journal, JournalFolder, NoJournal
 from wzviewer.app.layout import arrange
 from wzviewer.app.pacing import Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
+from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
 from wzviewer.app.settings import NoStore, SettingsFile, Store
 from wzviewer.app.state import empty_state
@@ -41,6 +43,7 @@ class App:
         client: Thread 2.
         renderer: of the scene; a `SceneDrawing` when None.
         store: where settings are kept; None keeps none.
+        journal: where finished levels are kept until they are saved; None keeps none.
     """
 
     def __init__(
@@ -49,16 +52,18 @@ class App:
         client: Client,
         renderer: SceneRenderer | None = None,
         store: Store | None = None,
+        journal: Journal | None = None,
     ) -> None:
         client.start()  # at once: it takes seconds until it is ready
         self.window = window
         store = store or NoStore()
         settings, complaint = store.load()
         renderer = renderer or SceneDrawing(window.context)
-        self.services = Services(client, renderer, SystemDialogs(), store)
+        self.services = Services(client, renderer, SystemDialogs(), store, journal or NoJournal())
         self.state = replace(empty_state(*window.size_px), settings=settings)
         if complaint:
             self.state = self.state.with_toast(complaint, "error")
+        self.state = ask_to_recover(self.services, self.state)
         self.pace = Pace(target_s=self.services.renderer.target_s)
         self.frame_s = 0.0  # what the last new picture took
         self._times_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
@@ -93,6 +98,7 @@ class App:
     def close(self) -> None:
         """Ends the worker and frees everything."""
         self.services.client.close()
+        self.services.journal.close()
         self._thumbnails.close()
         self.services.renderer.close()
         self.window.close()
@@ -200,7 +206,8 @@ def run_app(
         OutputError: when the screenshot cannot be written.
     """
     window: Window = OffscreenWindow() if headless else GlfwWindow()
-    app = App(window, WorkerClient(synthesizer), store=NoStore() if headless else SettingsFile.of_user())
+    kept = (None, None) if headless else (SettingsFile.of_user(), JournalFolder.of_user())
+    app = App(window, WorkerClient(synthesizer), None, *kept)
     try:
         app.run(path, frames)
         if screenshot is not None:

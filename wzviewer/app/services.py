@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from wzviewer.app.journal import Journal, NoJournal
 from wzviewer.app.look import Look
 from wzviewer.app.settings import NoStore, Store
 from wzviewer.core.camera import Camera
@@ -123,3 +124,4 @@ class Services:
     renderer: SceneRenderer
     dialogs: Dialogs
     store: Store = field(default_factory=NoStore)
+    journal: Journal = field(default_factory=NoJournal)

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from wzviewer.app.journal import Leftover
 from wzviewer.app.look import Look
 from wzviewer.app.settings import Settings
 from wzviewer.core.camera import Camera
@@ -21,7 +22,7 @@ from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
-DialogKind = Literal["open", "save", "picture", "unsaved", ""]
+DialogKind = Literal["open", "save", "picture", "unsaved", "recover", ""]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
 REST_S = 0.2  # without motion, before the picture is refined
@@ -206,6 +207,7 @@ class AppState:
         trail: places that back and forward go through.
         undone: levels that redo brings back, the next one last.
         after: what to do once unsaved changes are settled.
+        leftover: what a crash left behind, until the user has said what to do with it.
         next_path: to be opened once the running request has stopped.
         is_closing: whether the loop ends.
     """
@@ -232,6 +234,7 @@ class AppState:
     toasts: tuple[Toast, ...] = ()
     panels: Panels = field(default_factory=Panels)
     after: Callable[["AppState"], "AppState"] | None = None
+    leftover: Leftover | None = None
     next_path: Path | None = None
     now_s: float = 0.0
     is_worker_ready: bool = False

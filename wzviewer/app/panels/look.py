@@ -1,5 +1,7 @@
 """Top right, on request: what is drawn and how, frame times, and numbers of picture and scene."""
 
+from itertools import pairwise
+
 import numpy as np
 from imgui_bundle import imgui, implot
 
@@ -82,7 +84,7 @@ def _legend(state: AppState, ui: Ui) -> None:
     elif state.look.mode == "depth":
         part = width / (len(RAMP) - 1)
         colors = [u32((*(c / 255.0), 1.0)) for c in RAMP]
-        for place, (a, b) in enumerate(zip(colors, colors[1:], strict=False)):
+        for place, (a, b) in enumerate(pairwise(colors)):
             x = at.x + place * part
             draw.add_rect_filled_multi_color((x, at.y), (x + part, lower), a, b, b, a)
         ends = ("near", "far")
