@@ -221,6 +221,9 @@ class FakeDialogs:
     def ask_picture(self, suggestion: str) -> bool:
         return self.answers is not None
 
+    def ask_film(self, suggestion: str) -> bool:
+        return self.answers is not None
+
     def poll(self) -> list[tuple[str, Path]]:
         answers, self.answers = self.answers or [], [] if self.answers is not None else None
         return answers

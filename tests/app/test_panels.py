@@ -15,7 +15,7 @@ from wzviewer.app.layout import arrange
 from wzviewer.app.panels.help import COLUMNS, rows_of
 from wzviewer.app.panels.tree import title_of, tree_rows
 from wzviewer.app.prompting import with_prompt, with_vocabulary
-from wzviewer.app.state import Job, Panels, StageNote, empty_state
+from wzviewer.app.state import Film, Job, Panels, StageNote, empty_state
 
 CENTRE = (640, 400)
 
@@ -38,6 +38,9 @@ STATES = {
         empty_state(1280, 800),
         leftover=Leftover(Path("x"), "meadow.png", 3),
         panels=Panels(dialog="recover"),
+    ),
+    "keep": lambda: replace(
+        state_with(make_scene(2)), panels=Panels(keep=True), film=Film(Path("a/b.mp4"), 0.0, 0.4)
     ),
     "path": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="save", dialog_path="/x")),
 }

@@ -9,7 +9,18 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
-from wzviewer.app import auto, documents, generation, history, prompting, recovery, trail, viewing
+from wzviewer.app import (
+    answers,
+    auto,
+    documents,
+    generation,
+    history,
+    keeping,
+    prompting,
+    recovery,
+    trail,
+    viewing,
+)
 from wzviewer.app import commands as cmd
 from wzviewer.app.look import MODES
 from wzviewer.app.services import Services
@@ -21,14 +32,8 @@ Handler = Callable[[Services, AppState, Any], AppState]
 
 def toggle(services: Services, state: AppState, command: cmd.Toggle) -> AppState:
     """Shows or hides a panel."""
-    panels = state.panels
-    if command.panel == "tree":
-        panels = replace(panels, tree=not panels.tree)
-    elif command.panel == "statistics":
-        panels = replace(panels, statistics=not panels.statistics)
-    else:
-        panels = replace(panels, help=not panels.help)
-    return replace(state, panels=panels)
+    changes: dict[str, Any] = {command.panel: not getattr(state.panels, command.panel)}
+    return replace(state, panels=replace(state.panels, **changes))
 
 
 def set_look(services: Services, state: AppState, command: cmd.SetLook) -> AppState:
@@ -49,6 +54,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
     panels = state.panels
     if panels.dialog:
         return replace(state, after=None, panels=replace(panels, dialog="", dialog_path=""))
+    if panels.keep:
+        return replace(state, panels=replace(panels, keep=False))
     if panels.help:
         return replace(state, panels=replace(panels, help=False))
     if state.job is not None or state.goal is not None:
@@ -89,15 +96,20 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.AskOpen: documents.ask_open,
     cmd.Save: documents.save,
     cmd.SaveTo: documents.save_to,
-    cmd.AskPicture: documents.ask_picture,
-    cmd.SavePicture: documents.save_picture,
+    cmd.AskPicture: keeping.ask_picture,
+    cmd.SavePicture: keeping.save_picture,
+    cmd.SetPictureSize: keeping.set_size,
+    cmd.CopyView: keeping.copy_view,
+    cmd.AskFilm: keeping.ask_film,
+    cmd.MakeFilm: keeping.make_film,
+    cmd.CancelFilm: keeping.cancel_film,
     cmd.Close: documents.close,
     cmd.SettleUnsaved: documents.settle_unsaved,
     cmd.SettleRecovery: recovery.settle_recovery,
     cmd.Toggle: toggle,
     cmd.Escape: escape,
     cmd.EditPath: documents.edit_path,
-    cmd.ConfirmPath: documents.confirm_path,
+    cmd.ConfirmPath: answers.confirm_path,
     cmd.DismissToast: dismiss,
 }
 
@@ -130,6 +142,7 @@ def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     """What the app does by itself once a frame has been answered."""
     state = trail.note_place(state)
     recovery.keep(services, state)
+    state = keeping.follow_film(services, state)
     return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 

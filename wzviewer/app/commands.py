@@ -6,7 +6,7 @@ from typing import Literal
 
 from wzviewer.app.look import Look
 
-Panel = Literal["tree", "statistics", "help"]
+Panel = Literal["tree", "statistics", "help", "keep"]
 
 
 @dataclass(frozen=True)
@@ -208,6 +208,35 @@ class SavePicture(Command):
     """Write the picture on screen, without panels."""
 
     path: Path
+
+
+@dataclass(frozen=True)
+class SetPictureSize(Command):
+    """Choose the size of pictures and films, px; None is the window's."""
+
+    size: tuple[int, int] | None
+
+
+@dataclass(frozen=True)
+class CopyView(Command):
+    """Put the command that renders the view on the clipboard."""
+
+
+@dataclass(frozen=True)
+class AskFilm(Command):
+    """Show the dialog for the film from the photo to here."""
+
+
+@dataclass(frozen=True)
+class MakeFilm(Command):
+    """Film the way from the photo to here."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class CancelFilm(Command):
+    """End the film in the making."""
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,8 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} S", "Save", "File", (K.s,), cmd.Save, ctrl=True),
     Binding(f"{MODIFIER} Shift S", "Save as", "File", (K.s,), lambda: cmd.Save(True), True, True),
     Binding(f"{MODIFIER} P", "Save the picture", "File", (K.p,), cmd.AskPicture, ctrl=True),
+    Binding(f"{MODIFIER} C", "Copy view as command", "File", (K.c,), cmd.CopyView, ctrl=True),
+    Binding(f"{MODIFIER} M", "Film from the photo to here", "File", (K.m,), cmd.AskFilm, ctrl=True),
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
     Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),
     Binding("F3", "Look behind, statistics", "Panels", (K.f3,), lambda: cmd.Toggle("statistics")),

@@ -9,9 +9,10 @@ from typing import Any
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.answers import answered
 from wzviewer.app.apply import apply, drain, tick
 from wzviewer.app.dialogs import SystemDialogs
-from wzviewer.app.documents import answered, demo_photo
+from wzviewer.app.documents import demo_photo
 from wzviewer.app.drawing import BACKGROUND, SceneDrawing
 from wzviewer.app.input import Hand, read_input
 from wzviewer.app.journal import Journal, JournalFolder, NoJournal
@@ -99,6 +100,7 @@ class App:
         """Ends the worker and frees everything."""
         self.services.client.close()
         self.services.journal.close()
+        self.services.filmer.close()
         self._thumbnails.close()
         self.services.renderer.close()
         self.window.close()
@@ -173,7 +175,9 @@ class App:
         return {"Frame in motion": f"{1e3 * self.frame_s:.0f} ms at {percent}"}
 
     def _wait_s(self) -> float:
-        is_busy = self.state.job is not None or any(t.is_alive(self.state.now_s) for t in self.state.toasts)
+        state = self.state
+        has_toasts = any(toast.is_alive(state.now_s) for toast in state.toasts)
+        is_busy = has_toasts or state.job is not None or state.film is not None
         return wait_s(self.state.is_moving or not self.services.renderer.is_settled, is_busy)
 
     def _name_window(self) -> None:

@@ -1,10 +1,13 @@
 """What the app needs of the outside, as small protocols, so that each has a stand-in for tests."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from imgui_bundle import imgui
+
+from wzviewer.app.filming import Filmer, FilmProcess
 from wzviewer.app.journal import Journal, NoJournal
 from wzviewer.app.look import Look
 from wzviewer.app.settings import NoStore, Store
@@ -111,6 +114,10 @@ class Dialogs(Protocol):
         """Shows the dialog for a picture; False when the system has none."""
         ...
 
+    def ask_film(self, suggestion: str) -> bool:
+        """Shows the dialog for a film; False when the system has none."""
+        ...
+
     def poll(self) -> Sequence[tuple[str, Path]]:
         """Returns the answers given since the last call: (open, save or picture; path)."""
         ...
@@ -125,3 +132,5 @@ class Services:
     dialogs: Dialogs
     store: Store = field(default_factory=NoStore)
     journal: Journal = field(default_factory=NoJournal)
+    filmer: Filmer = field(default_factory=FilmProcess)
+    copy: Callable[[str], None] = imgui.set_clipboard_text

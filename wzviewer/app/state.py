@@ -22,7 +22,7 @@ from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
-DialogKind = Literal["open", "save", "picture", "unsaved", "recover", ""]
+DialogKind = Literal["open", "save", "picture", "film", "unsaved", "recover", ""]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
 REST_S = 0.2  # without motion, before the picture is refined
@@ -168,9 +168,27 @@ class Panels:
     tree: bool = True
     statistics: bool = False
     help: bool = False
+    keep: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
     wants_prompt_focus: bool = False
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film in the making.
+
+    Attributes:
+        path: of its file.
+        started_s: when it was asked for, s.
+        fraction: of its frames.
+        is_cancelling: whether the user asked to stop.
+    """
+
+    path: Path
+    started_s: float
+    fraction: float = 0.0
+    is_cancelling: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,6 +225,8 @@ class AppState:
         trail: places that back and forward go through.
         undone: levels that redo brings back, the next one last.
         after: what to do once unsaved changes are settled.
+        picture_size: of pictures and films, px; None is the window's.
+        film: the film in the making.
         leftover: what a crash left behind, until the user has said what to do with it.
         next_path: to be opened once the running request has stopped.
         is_closing: whether the loop ends.
@@ -234,6 +254,8 @@ class AppState:
     toasts: tuple[Toast, ...] = ()
     panels: Panels = field(default_factory=Panels)
     after: Callable[["AppState"], "AppState"] | None = None
+    picture_size: tuple[int, int] | None = None
+    film: Film | None = None
     leftover: Leftover | None = None
     next_path: Path | None = None
     now_s: float = 0.0

@@ -9,7 +9,12 @@ from wzviewer.app.panels.surface import Ui, face, plate, primary, shade, wrapped
 from wzviewer.app.state import AppState
 
 WIDTH_PT = 460.0
-TITLES = {"open": "Open a photo or a scene", "save": "Save the scene", "picture": "Save the picture"}
+TITLES = {
+    "open": "Open a photo or a scene",
+    "save": "Save the scene",
+    "picture": "Save the picture",
+    "film": "Save the film",
+}
 
 
 def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:

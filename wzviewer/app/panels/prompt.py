@@ -127,7 +127,7 @@ def _progress(state: AppState, ui: Ui, job: Job, above: Rect) -> None:
         imgui.same_line(room - imgui.calc_text_size(elapsed).x + imgui.get_style().window_padding.x)
         with colored(theme.MUTED):
             imgui.text_unformatted(elapsed)
-        _bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
+        draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
         past = _past(job)
         small(ui, elided(past, room) if past else f"{max(state.now_s - since_s, 0.0):.1f} s in this step")
 
@@ -156,7 +156,7 @@ def _past(job: Job) -> str:
     return " · ".join(parts[-3:])
 
 
-def _bar(ui: Ui, fraction: float, now_s: float, is_unknown: bool) -> None:
+def draw_bar(ui: Ui, fraction: float, now_s: float, is_unknown: bool) -> None:
     """A thin line; while nothing is known, a light that wanders."""
     at, width, height = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x, ui.pt(4)
     draw = imgui.get_window_draw_list()
