@@ -97,6 +97,7 @@ def _add_render(verbs: Any) -> None:  # noqa: ANN401
     command.add_argument("--level", type=int, metavar="K", help="seen by C_K; default: the last level")
     command.add_argument("--magnify", type=float, default=1.0, metavar="F")
     command.add_argument("--orbit", type=float, default=0.0, metavar="DEG")
+    command.add_argument("--camera", metavar="JSON", help="an exact view, as the app copies it")
     command.add_argument("--size", metavar="WxH")
     command.add_argument("--path", metavar="zoom|orbit|FILE.json", help="camera path of a film")
     command.add_argument("--blend", choices=("transmittance", "linear"), default="transmittance")

@@ -5,15 +5,24 @@ from pathlib import Path
 
 import numpy as np
 
-from wzviewer.app.services import Services
+from wzviewer.app.look import Look
+from wzviewer.app.services import PLAIN, Services
 from wzviewer.app.state import AppState, View
 from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Level, Scene, coverage_for
 from wzviewer.core.surfels import Surfels
+from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker import client as ev
 
 WIDTH, HEIGHT = 136, 90
+WORDS = Vocabulary(
+    objects=("ladybug", "butterfly", "blue morpho", "beetle", "bird"),
+    qualities=("blue", "two", "tiny"),
+    places=("leaf", "left"),
+    prepositions=("on",),
+    fillers=("a", "the"),
+)
 
 
 def checker(width: int, height: int, seed: int = 0, cells: int = 8) -> np.ndarray:
@@ -171,7 +180,9 @@ class FakeRenderer:
     def sync(self, scene: Scene) -> bool:
         return True
 
-    def draw(self, camera: Camera, fraction: float = 1.0, is_moving: bool = False) -> "FakePicture":
+    def draw(
+        self, camera: Camera, fraction: float = 1.0, is_moving: bool = False, look: Look = PLAIN
+    ) -> "FakePicture":
         return FakePicture(camera.width, camera.height)
 
     def pick(self, camera: Camera, x_px: float, y_px: float) -> tuple[float, int] | None:
@@ -208,6 +219,9 @@ class FakeDialogs:
         return self.answers is not None
 
     def ask_picture(self, suggestion: str) -> bool:
+        return self.answers is not None
+
+    def ask_film(self, suggestion: str) -> bool:
         return self.answers is not None
 
     def poll(self) -> list[tuple[str, Path]]:

@@ -18,7 +18,9 @@ class Screen:
         self.move(-1000, -1000)
 
     def ui(self):
-        return Ui(arrange(self.width, self.height, self.scale), self.fonts, statistics={"Frame": "1 ms"})
+        layout = arrange(self.width, self.height, self.scale)
+        times = (10.0, 14.0, 12.0)
+        return Ui(layout, self.fonts, statistics={"Frame": "1 ms"}, frame_times_ms=times)
 
     def frame(self, state, draw=draw_screen):
         """One frame of the panels; returns their commands and those of the input."""

@@ -14,7 +14,9 @@ def test_panels_do_not_overlap(size, scale):
     if size[0] / scale < 480 or size[1] / scale < 360:
         pytest.skip("smaller than the smallest window")
     layout = arrange(*size, scale)
-    standing = {k: getattr(layout, k) for k in ("toolbar", "tree", "prompt", "scale_bar", "status")}
+    standing = {
+        k: getattr(layout, k) for k in ("toolbar", "breadcrumb", "tree", "prompt", "scale_bar", "status")
+    }
     for (a, one), (b, other) in combinations(standing.items(), 2):
         assert not one.overlaps(other), (a, b)
     for rect in standing.values():

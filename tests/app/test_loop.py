@@ -4,6 +4,7 @@ import importlib.util
 import shutil
 import subprocess
 import sys
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from tests.app.fakes import FakeClient, FakeDialogs, checker
 from wzviewer.app import commands as cmd
+from wzviewer.app.look import Look
 from wzviewer.app.loop import App
 from wzviewer.app.services import Services
 from wzviewer.app.window import GlfwWindow, OffscreenWindow
@@ -144,3 +146,15 @@ def test_sixty_frames_in_a_real_window(photo, tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert load_photo(shot).std() > 5.0
+
+
+def test_false_colours_of_a_scene(app, photo):
+    app.run(photo, 15)
+    pictures = []
+    for mode in ("picture", "levels", "depth", "coverage"):
+        app.do(cmd.SetLook(Look(mode)))
+        app.run(None, 3)
+        pictures.append(centre_of(app.window.read_pixels()))
+    assert all(np.abs(a - b).mean() > 10.0 for a, b in combinations(pictures, 2))  # measured 26 and more
+    hues = pictures[1] / pictures[1].max(1, keepdims=True)
+    assert hues.std(0).max() < 0.2  # one level, one hue: measured 0.06

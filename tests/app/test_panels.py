@@ -1,17 +1,21 @@
 """Panels without a window: state in, commands out."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from imgui_bundle import imgui
 
-from tests.app.fakes import make_scene, state_with
+from tests.app.fakes import WORDS, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply
+from wzviewer.app.journal import Leftover
 from wzviewer.app.keys import BINDINGS
 from wzviewer.app.layout import arrange
 from wzviewer.app.panels.help import COLUMNS, rows_of
 from wzviewer.app.panels.tree import title_of, tree_rows
-from wzviewer.app.state import Job, Panels, StageNote, empty_state
+from wzviewer.app.prompting import with_prompt, with_vocabulary
+from wzviewer.app.state import Film, Job, Panels, StageNote, empty_state
 
 CENTRE = (640, 400)
 
@@ -30,6 +34,14 @@ STATES = {
     "toasts": lambda: state_with(make_scene(2)).with_toast("one").with_toast("two " * 60, "error"),
     "numbers": lambda: replace(state_with(make_scene(2)), panels=Panels(statistics=True, help=True)),
     "unsaved": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="unsaved")),
+    "recover": lambda: replace(
+        empty_state(1280, 800),
+        leftover=Leftover(Path("x"), "meadow.png", 3),
+        panels=Panels(dialog="recover"),
+    ),
+    "keep": lambda: replace(
+        state_with(make_scene(2)), panels=Panels(keep=True), film=Film(Path("a/b.mp4"), 0.0, 0.4)
+    ),
     "path": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="save", dialog_path="/x")),
 }
 
@@ -151,3 +163,52 @@ def test_escape_leaves_the_line_and_keeps_the_text(screen):
     state = replace(state, prompt=edit.text)
     assert screen.press(state, imgui.Key.escape) == []
     assert screen.press(state, imgui.Key.t) == [cmd.Toggle("tree")]
+
+
+def typing(screen, text):
+    """A state with the cursor in the prompt line, behind a text that is typed."""
+    state = with_vocabulary(state_with(make_scene(1)), WORDS)
+    rect = arrange(1280, 800, 1.0).prompt
+    screen.click(state, rect.x + 60, rect.y + 23)
+    screen.io.add_input_characters_utf8(text)
+    (edit,) = screen.frame(state)
+    return with_prompt(state, edit.text)
+
+
+def test_tab_takes_the_marked_offer_and_the_arrows_mark_another(screen):
+    state = typing(screen, "two b")
+    assert state.offers[0].word == "butterfly"
+    assert screen.press(state, imgui.Key.down_arrow) == [cmd.ChooseOffer(1)]
+    second = replace(state, offer=1)
+    assert screen.press(second, imgui.Key.tab) == [cmd.EditPrompt(state.offers[1].prompt)]
+
+
+def test_a_click_takes_an_offer_and_typing_goes_on_behind_it(screen):
+    state = typing(screen, "a dragon")
+    assert state.reading.unknown == ((2, 8),)
+    rect = arrange(1280, 800, 1.0).prompt
+    (take,) = screen.click(state, rect.x + 210, rect.y - 8 - 20)
+    assert take in [cmd.TakeOffer(offer.prompt) for offer in state.offers]
+    state = apply(fake_services(), state, [take])
+    assert cmd.FocusPrompt(False) in screen.frame(state)
+    state = replace(state, panels=replace(state.panels, wants_prompt_focus=False))
+    for _ in range(2):
+        screen.frame(state)
+    screen.io.add_input_characters_utf8("s")
+    assert screen.frame(state) == [cmd.EditPrompt(take.prompt + "s")]
+
+
+def test_the_arrows_go_round(screen):
+    state = typing(screen, "two b")
+    services = fake_services()
+    steps = [cmd.ChooseOffer(-1)]
+    assert apply(services, state, steps).offer == len(state.offers) - 1
+    assert apply(services, state, [*steps, cmd.ChooseOffer(1)]).offer == 0
+
+
+def test_an_unknown_word_is_refused_before_the_worker_is_asked():
+    services = fake_services()
+    state = with_prompt(with_vocabulary(state_with(make_scene(1)), WORDS), "a dragon")
+    state = apply(services, state, [cmd.Generate()])
+    assert "“dragon” is not known" in state.refusal
+    assert services.client.calls == []

@@ -9,8 +9,20 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
+from wzviewer.app import (
+    answers,
+    auto,
+    documents,
+    generation,
+    history,
+    keeping,
+    prompting,
+    recovery,
+    trail,
+    viewing,
+)
 from wzviewer.app import commands as cmd
-from wzviewer.app import documents, generation, history, viewing
+from wzviewer.app.look import MODES
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 
@@ -18,26 +30,23 @@ LOG = logging.getLogger(__name__)
 Handler = Callable[[Services, AppState, Any], AppState]
 
 
-def edit_prompt(services: Services, state: AppState, command: cmd.EditPrompt) -> AppState:
-    """The prompt line holds another text; a refusal belongs to the text before."""
-    return replace(state, prompt=command.text, refusal="")
-
-
-def focus_prompt(services: Services, state: AppState, command: cmd.FocusPrompt) -> AppState:
-    """Puts the cursor into the prompt line."""
-    return replace(state, panels=replace(state.panels, wants_prompt_focus=command.is_wanted))
-
-
 def toggle(services: Services, state: AppState, command: cmd.Toggle) -> AppState:
     """Shows or hides a panel."""
-    panels = state.panels
-    if command.panel == "tree":
-        panels = replace(panels, tree=not panels.tree)
-    elif command.panel == "statistics":
-        panels = replace(panels, statistics=not panels.statistics)
-    else:
-        panels = replace(panels, help=not panels.help)
-    return replace(state, panels=panels)
+    changes: dict[str, Any] = {command.panel: not getattr(state.panels, command.panel)}
+    return replace(state, panels=replace(state.panels, **changes))
+
+
+def set_look(services: Services, state: AppState, command: cmd.SetLook) -> AppState:
+    """Draws the scene another way."""
+    return replace(state, look=command.look)
+
+
+def next_mode(services: Services, state: AppState, command: cmd.NextMode) -> AppState:
+    """Goes on to the next of picture, levels, depth and coverage, and says which it is."""
+    names = [mode for mode, _ in MODES]
+    mode, name = MODES[(names.index(state.look.mode) + 1) % len(MODES)]
+    state = replace(state, look=replace(state.look, mode=mode))
+    return state.with_toast(f"View: {name.lower()}.")
 
 
 def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState:
@@ -45,6 +54,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
     panels = state.panels
     if panels.dialog:
         return replace(state, after=None, panels=replace(panels, dialog="", dialog_path=""))
+    if panels.keep:
+        return replace(state, panels=replace(panels, keep=False))
     if panels.help:
         return replace(state, panels=replace(panels, help=False))
     if state.job is not None or state.goal is not None:
@@ -65,11 +76,18 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.Fly: viewing.fly,
     cmd.ZoomTo: viewing.zoom_to,
     cmd.GoHome: viewing.go_home,
+    cmd.GoBack: trail.go_back,
+    cmd.GoForward: trail.go_forward,
     cmd.GoToLevel: viewing.go_to_level,
+    cmd.SetLook: set_look,
+    cmd.NextMode: next_mode,
     cmd.Resize: viewing.resize,
-    cmd.EditPrompt: edit_prompt,
-    cmd.FocusPrompt: focus_prompt,
+    cmd.EditPrompt: prompting.edit_prompt,
+    cmd.TakeOffer: prompting.take_offer,
+    cmd.ChooseOffer: prompting.choose_offer,
+    cmd.FocusPrompt: prompting.focus_prompt,
     cmd.Generate: generation.generate,
+    cmd.ToggleAuto: auto.toggle_auto,
     cmd.CancelJob: generation.cancel,
     cmd.Undo: history.undo,
     cmd.Redo: history.redo,
@@ -78,14 +96,20 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.AskOpen: documents.ask_open,
     cmd.Save: documents.save,
     cmd.SaveTo: documents.save_to,
-    cmd.AskPicture: documents.ask_picture,
-    cmd.SavePicture: documents.save_picture,
+    cmd.AskPicture: keeping.ask_picture,
+    cmd.SavePicture: keeping.save_picture,
+    cmd.SetPictureSize: keeping.set_size,
+    cmd.CopyView: keeping.copy_view,
+    cmd.AskFilm: keeping.ask_film,
+    cmd.MakeFilm: keeping.make_film,
+    cmd.CancelFilm: keeping.cancel_film,
     cmd.Close: documents.close,
     cmd.SettleUnsaved: documents.settle_unsaved,
+    cmd.SettleRecovery: recovery.settle_recovery,
     cmd.Toggle: toggle,
     cmd.Escape: escape,
     cmd.EditPath: documents.edit_path,
-    cmd.ConfirmPath: documents.confirm_path,
+    cmd.ConfirmPath: answers.confirm_path,
     cmd.DismissToast: dismiss,
 }
 
@@ -112,6 +136,14 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
         goal, state = state.goal, replace(state, goal=None, is_goal_waiting=False)
         state = _guarded(generation.request, services, state, goal)
     return state
+
+
+def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
+    """What the app does by itself once a frame has been answered."""
+    state = trail.note_place(state)
+    recovery.keep(services, state)
+    state = keeping.follow_film(services, state)
+    return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 
 def _guarded(handler: Handler, services: Services, state: AppState, argument: object) -> AppState:

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-Panel = Literal["tree", "statistics", "help"]
+from wzviewer.app.look import Look
+
+Panel = Literal["tree", "statistics", "help", "keep"]
 
 
 @dataclass(frozen=True)
@@ -70,10 +72,32 @@ class GoHome(Command):
 
 
 @dataclass(frozen=True)
+class GoBack(Command):
+    """Fly to the place before."""
+
+
+@dataclass(frozen=True)
+class GoForward(Command):
+    """Fly to the place that was left by going back."""
+
+
+@dataclass(frozen=True)
 class GoToLevel(Command):
     """Fly to the camera of a level."""
 
     index: int
+
+
+@dataclass(frozen=True)
+class SetLook(Command):
+    """Draw the scene another way."""
+
+    look: Look
+
+
+@dataclass(frozen=True)
+class NextMode(Command):
+    """Go on to the next of picture, levels, depth and coverage."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +119,20 @@ class EditPrompt(Command):
 
 
 @dataclass(frozen=True)
+class TakeOffer(Command):
+    """Put an offered prompt into the line, and the cursor behind it."""
+
+    prompt: str
+
+
+@dataclass(frozen=True)
+class ChooseOffer(Command):
+    """Mark the next or the previous offer."""
+
+    step: int
+
+
+@dataclass(frozen=True)
 class FocusPrompt(Command):
     """Put the cursor into the prompt line, or take it out again."""
 
@@ -104,6 +142,11 @@ class FocusPrompt(Command):
 @dataclass(frozen=True)
 class Generate(Command):
     """Make new detail where the user looks."""
+
+
+@dataclass(frozen=True)
+class ToggleAuto(Command):
+    """Switch auto detail on or off."""
 
 
 @dataclass(frozen=True)
@@ -168,6 +211,35 @@ class SavePicture(Command):
 
 
 @dataclass(frozen=True)
+class SetPictureSize(Command):
+    """Choose the size of pictures and films, px; None is the window's."""
+
+    size: tuple[int, int] | None
+
+
+@dataclass(frozen=True)
+class CopyView(Command):
+    """Put the command that renders the view on the clipboard."""
+
+
+@dataclass(frozen=True)
+class AskFilm(Command):
+    """Show the dialog for the film from the photo to here."""
+
+
+@dataclass(frozen=True)
+class MakeFilm(Command):
+    """Film the way from the photo to here."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class CancelFilm(Command):
+    """End the film in the making."""
+
+
+@dataclass(frozen=True)
 class Close(Command):
     """Close the window; asks about unsaved changes."""
 
@@ -177,6 +249,13 @@ class SettleUnsaved(Command):
     """The answer to the question about unsaved changes."""
 
     answer: Literal["save", "discard", "stay"]
+
+
+@dataclass(frozen=True)
+class SettleRecovery(Command):
+    """The answer to the question about levels that a crash left behind."""
+
+    answer: Literal["recover", "discard"]
 
 
 # ------------------------------------------------------------------ panels

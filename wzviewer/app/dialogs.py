@@ -38,6 +38,11 @@ class SystemDialogs:
         filters = ["Picture", "*.png"]
         return self._start("picture", lambda: pfd.save_file("Save the picture", suggestion, filters))
 
+    def ask_film(self, suggestion: str) -> bool:
+        """Shows the dialog for a film; False when the system has none."""
+        filters = ["Film", "*.mp4"]
+        return self._start("film", lambda: pfd.save_file("Save the film", suggestion, filters))
+
     def poll(self) -> Sequence[tuple[str, Path]]:
         """Returns the answer, once there is one: (open, save or picture; path)."""
         if self._running is None or not self._running.ready(0):

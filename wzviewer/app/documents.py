@@ -12,7 +12,7 @@ from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
 from wzviewer.core.camera import Camera
 from wzviewer.core.files import is_scene_file, load_scene, save_scene
-from wzviewer.core.photos import encode_png, fit_photo, load_photo, whole_file
+from wzviewer.core.photos import fit_photo, load_photo
 from wzviewer.core.scene import Scene
 from wzviewer.errors import InputError, WzError
 
@@ -53,7 +53,7 @@ def settle(state: AppState, then: Callable[[AppState], AppState]) -> AppState:
 def settle_unsaved(services: Services, state: AppState, command: cmd.SettleUnsaved) -> AppState:
     """Carries out the answer to the question about unsaved changes."""
     then = state.after
-    state = _without_dialog(state)
+    state = without_dialog(state)
     if command.answer == "stay" or then is None:
         return replace(state, after=None)
     if command.answer == "discard":
@@ -89,15 +89,20 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         panels=Panels(tree=state.panels.tree, statistics=state.panels.statistics),
         now_s=state.now_s,
         is_worker_ready=state.is_worker_ready,
+        vocabulary=state.vocabulary,
+        settings=state.settings,
+        picture_size=state.picture_size,
+        film=state.film,
     )
     if scene is not None:
-        return _with_scene(services, fresh, scene, path)
+        return with_scene(services, fresh, scene, path)
     assert photo is not None  # either, by construction
     view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
     return reconstruct(services, replace(fresh, view=view, photo=photo))
 
 
-def _with_scene(services: Services, state: AppState, scene: Scene, path: Path) -> AppState:
+def with_scene(services: Services, state: AppState, scene: Scene, path: Path | None) -> AppState:
+    """Returns the state with a finished scene as its document."""
     services.client.load(scene)
     view = View.at_home(scene[0].camera, state.view.camera.width, state.view.camera.height)
     centre = view.camera.unproject(view.camera.width / 2, view.camera.height / 2, scene[0].anchor_depth)
@@ -115,7 +120,7 @@ def save(services: Services, state: AppState, command: cmd.Save) -> AppState:
     if state.path is not None and not command.asks:
         return save_to(services, state, cmd.SaveTo(state.path))
     suggestion = Path(state.name or "scene").with_suffix(SCENE_SUFFIX).name
-    return _ask(state, services.dialogs.ask_save(suggestion), "save", suggestion)
+    return ask(state, services.dialogs.ask_save(suggestion), "save", suggestion)
 
 
 def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppState:
@@ -132,35 +137,15 @@ def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppStat
     return then(replace(state, after=None)) if then is not None else state
 
 
-def ask_picture(services: Services, state: AppState, command: cmd.AskPicture) -> AppState:
-    """Asks where to write the picture on screen."""
-    suggestion = Path(state.name or "view").with_suffix(".png").name
-    return _ask(state, services.dialogs.ask_picture(suggestion), "picture", suggestion)
-
-
-def save_picture(services: Services, state: AppState, command: cmd.SavePicture) -> AppState:
-    """Writes the picture on screen, at full quality and without panels."""
-    path = command.path if command.path.suffix else command.path.with_suffix(".png")
-    if not len(state.scene):
-        return state.with_toast("There is no scene to take a picture of.")
-    try:
-        image = services.renderer.draw(state.view.camera).read_color8()
-        with whole_file(path) as file:
-            file.write(encode_png(image))
-    except (WzError, OSError, ValueError) as error:
-        return state.with_toast(str(error), "error")
-    return state.with_toast(f"Saved {path.name}.", "done")
-
-
 # ------------------------------------------------------------------ dialogs
 
 
 def ask_open(services: Services, state: AppState, command: cmd.AskOpen) -> AppState:
     """Shows the open dialog."""
-    return _ask(state, services.dialogs.ask_open(), "open", str(Path.cwd()))
+    return ask(state, services.dialogs.ask_open(), "open", str(Path.cwd()))
 
 
-def _ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) -> AppState:
+def ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) -> AppState:
     """Falls back to a line of text where the system has no dialogs."""
     if has_dialog:
         return state
@@ -173,26 +158,11 @@ def edit_path(services: Services, state: AppState, command: cmd.EditPath) -> App
     return replace(state, panels=replace(state.panels, dialog_path=command.text))
 
 
-def confirm_path(services: Services, state: AppState, command: cmd.ConfirmPath) -> AppState:
-    """Takes the path of the text dialog."""
-    kind, text = state.panels.dialog, state.panels.dialog_path.strip()
-    state = _without_dialog(state)
-    return answered(services, state, kind, Path(text).expanduser()) if text else state
-
-
-def answered(services: Services, state: AppState, kind: str, path: Path) -> AppState:
-    """Carries out the answer of a dialog."""
-    if kind == "open":
-        return open_path(services, state, cmd.Open(path))
-    if kind == "save":
-        return save_to(services, state, cmd.SaveTo(path))
-    return save_picture(services, state, cmd.SavePicture(path)) if kind == "picture" else state
-
-
 def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
     """Ends the loop, after settling unsaved changes."""
     return settle(state, lambda settled: replace(settled, is_closing=True))
 
 
-def _without_dialog(state: AppState) -> AppState:
+def without_dialog(state: AppState) -> AppState:
+    """Returns the state with the dialog closed."""
     return replace(state, panels=replace(state.panels, dialog="", dialog_path=""))

@@ -1,18 +1,55 @@
 """Lines 6-7 of Algorithm 1 as the app uses them: draw what is needed, and only when it is."""
 
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
+from wzviewer.app.look import Look, Mode, false_colors
 from wzviewer.app.pacing import SOFTWARE_TARGET_S, SPACING_PX, TARGET_S
+from wzviewer.app.services import PLAIN
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
+from wzviewer.core.types import ByteArray
 from wzviewer.gl.context import GlContext
-from wzviewer.gl.frame import Frame, RenderSettings
+from wzviewer.gl.frame import Frame, FrameStats, Output, RenderSettings
+from wzviewer.gl.present import Presenter
 from wzviewer.gl.renderer import SurfelRenderer
 from wzviewer.gl.timing import FrameTimer
 
 UPLOAD_BYTES = 4 << 20  # to the renderer in a frame, so that an arriving level costs no stutter
+FAINT_PX2 = 0.5  # opacity times area on the screen: what is less is not seen
+OUTPUTS: dict[Mode, frozenset[Output]] = {
+    "picture": frozenset({"color"}),
+    "levels": frozenset({"color", "level"}),
+    "depth": frozenset({"color", "depth"}),
+    "coverage": frozenset({"color"}),
+}
 BACKGROUND = (0.043, 0.047, 0.055, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ColoredFrame:
+    """A frame in false colours.
+
+    Attributes:
+        colors: (h, w, 3) uint8.
+        texture: the same on the GPU.
+        presenter: draws it.
+        stats: of the frame that it was made from.
+    """
+
+    colors: ByteArray
+    texture: Any
+    presenter: Presenter
+    stats: FrameStats
+
+    def present_to(self, framebuffer: Any, viewport: tuple[int, int, int, int] | None = None) -> None:  # noqa: ANN401
+        """Draws it into a framebuffer, each pixel as it is."""
+        self.presenter.draw(self.texture, framebuffer, BACKGROUND, 1.0, viewport, smooth=False)
+
+    def read_color8(self) -> ByteArray:
+        """Returns (h, w, 3) uint8."""
+        return self.colors
 
 
 class SceneDrawing:
@@ -27,7 +64,10 @@ class SceneDrawing:
         self._renderer = SurfelRenderer(context, patient=False)
         self._settings = settings or RenderSettings(background=BACKGROUND)
         self.target_s = SOFTWARE_TARGET_S if context.is_software else TARGET_S
-        self._picture: tuple[tuple[object, ...], Frame] | None = None
+        self._picture: tuple[tuple[object, ...], Frame | ColoredFrame] | None = None
+        self._ctx = context.ctx
+        self._presenter: Presenter | None = None
+        self._texture: Any = None
         self._timer = FrameTimer(context.ctx)
 
     def sync(self, scene: Scene) -> bool:
@@ -35,23 +75,48 @@ class SceneDrawing:
         budget_bytes = UPLOAD_BYTES if self._renderer.has_levels else None  # the first picture comes whole
         return self._renderer.sync(scene, budget_bytes, merged=True)
 
-    def draw(self, camera: Camera, fraction: float = 1.0, is_moving: bool = False) -> Frame:
+    def draw(
+        self, camera: Camera, fraction: float = 1.0, is_moving: bool = False, look: Look = PLAIN
+    ) -> "Frame | ColoredFrame":
         """Renders the scene, or returns the same picture while nothing changes.
 
         Args:
             camera: at full resolution.
             fraction: of the resolution, in each direction.
             is_moving: whether merged surfels and a slightly old order may stand in.
+            look: what is drawn, and in which colours.
         """
         size = (max(round(camera.width * fraction), 1), max(round(camera.height * fraction), 1))
-        key = (camera.key, size, is_moving, self._renderer.version)
+        key = (camera.key, size, is_moving, self._renderer.version, look)
         if self._picture is None or self._picture[0] != key or not self._picture[1].stats.is_exact:
             small = camera.resized(*size) if fraction < 1.0 else camera
             is_coarse = is_moving and fraction < 1.0  # at full resolution there is time for every surfel
-            settings = replace(self._settings, spacing_px=SPACING_PX) if is_coarse else self._settings
+            settings = self._looked(look, is_coarse)
             with self._timer.frame() if is_moving else nullcontext():
-                self._picture = (key, self._renderer.render_soon(small, settings))
+                frame = self._renderer.render_soon(small, settings)
+                self._picture = (key, frame if look.mode == "picture" else self._colored(frame, look.mode))
         return self._picture[1]
+
+    def _looked(self, look: Look, is_coarse: bool) -> RenderSettings:
+        return replace(
+            self._settings,
+            modulation=look.modulation,
+            blend=look.blend,
+            antialias=look.merged,
+            contribution_min=FAINT_PX2 if look.skips_faint else 0.0,
+            spacing_px=SPACING_PX if is_coarse else 0.0,
+            outputs=OUTPUTS[look.mode],
+        )
+
+    def _colored(self, frame: Frame, mode: Mode) -> "ColoredFrame":
+        self._presenter = self._presenter or Presenter(self._ctx)
+        if self._texture is not None:
+            self._texture.release()
+        colors = false_colors(frame, mode)
+        self._texture = self._ctx.texture(
+            (colors.shape[1], colors.shape[0]), 3, colors.tobytes(), alignment=1
+        )
+        return ColoredFrame(colors, self._texture, self._presenter, frame.stats)
 
     @property
     def gpu_s(self) -> float:
@@ -83,4 +148,7 @@ class SceneDrawing:
     def close(self) -> None:
         """Frees the GPU."""
         self._picture = None
+        for kept in (self._texture, self._presenter):
+            if kept is not None:
+                kept.release()
         self._renderer.release()

@@ -12,6 +12,7 @@ import numpy as np
 from wzviewer.app import commands as cmd
 from wzviewer.app.history import noted
 from wzviewer.app.picking import world_point
+from wzviewer.app.prompting import refusal_of, with_prompt, with_vocabulary
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal, Job, StageNote, View
 from wzviewer.app.viewing import fly_to
@@ -108,10 +109,13 @@ def _step(level: Level, frame: Camera, focus: DoubleArray) -> float:
 
 def generate(services: Services, state: AppState, command: cmd.Generate) -> AppState:
     """Asks for new detail where the user looks; flies closer first where that is needed."""
-    if state.job is not None:
+    if state.job is not None and not state.job.is_auto:
         return state.with_toast("One moment: the last request is still running. Esc cancels it.")
     if not len(state.scene):
         return reconstruct(services, state) if state.photo is not None else state
+    refusal = refusal_of(state.prompt, state.reading)
+    if refusal:  # at once, and not after a flight
+        return replace(state, refusal=refusal)
     view = state.view
     camera = view.flight.end if view.flight is not None else view.camera
     x_px, y_px = camera.width / 2, camera.height / 2
@@ -123,6 +127,10 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
     if plan is None:
         return state.with_toast("There is no picture at the centre of the view. Pan onto it first.", "error")
     state = replace(state, refusal="")
+    if state.job is not None:  # of auto detail: it makes room for what was asked for
+        services.client.cancel()
+        job = replace(state.job, is_cancelling=True)
+        return replace(state, job=job, goal=goal, is_goal_waiting=True)
     if plan.step < STEP_MIN and not plan.is_extension:
         return _closer(state, goal, plan)
     return request(services, state, goal)
@@ -136,7 +144,7 @@ def _closer(state: AppState, goal: Goal, plan: Plan) -> AppState:
     return state.with_toast(f"Moved ×{factor:.0f} closer: new detail appears where you zoom in.")
 
 
-def request(services: Services, state: AppState, goal: Goal) -> AppState:
+def request(services: Services, state: AppState, goal: Goal, is_auto: bool = False) -> AppState:
     """Asks for the next level on the way to a goal."""
     state = replace(state, goal=None, is_goal_waiting=False)
     plan = plan_level(state.scene, goal)
@@ -149,7 +157,7 @@ def request(services: Services, state: AppState, goal: Goal) -> AppState:
         request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed=index)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
-    job = Job(request_id, "level", prompt, state.now_s)
+    job = Job(request_id, "level", prompt, state.now_s, is_auto=is_auto)
     return replace(state, job=job, goal=None if is_last else goal)
 
 
@@ -171,7 +179,7 @@ def reconstruct(services: Services, state: AppState) -> AppState:
 
 def cancel(services: Services, state: AppState, command: cmd.CancelJob) -> AppState:
     """Stops the running request and what was to follow it."""
-    state = replace(state, goal=None, is_goal_waiting=False)
+    state = replace(state, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
     if state.job is None:
         return state
     services.client.cancel()
@@ -184,7 +192,7 @@ def cancel(services: Services, state: AppState, command: cmd.CancelJob) -> AppSt
 def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
     """Takes over something that the worker reported."""
     if isinstance(event, ev.WorkerStarted):
-        return replace(state, is_worker_ready=True)
+        return with_vocabulary(replace(state, is_worker_ready=True), event.vocabulary)
     if isinstance(event, ev.WorkerLost):
         state = replace(state, is_worker_ready=False)
         if any(t.kind == "error" and t.born_s == state.now_s for t in state.toasts):
@@ -234,7 +242,8 @@ def _with_first_level(state: AppState, level: Level) -> AppState:
 
 
 def _finish(services: Services, state: AppState, level: Level) -> AppState:
-    started_s = state.job.started_s if state.job is not None else state.now_s
+    job = state.job
+    started_s = job.started_s if job is not None else state.now_s
     state = _take(state, level)
     state.scene.commit(level.index)
     state = replace(state, job=None)
@@ -244,15 +253,19 @@ def _finish(services: Services, state: AppState, level: Level) -> AppState:
     name = f"“{level.prompt}”" if level.prompt else "New detail"
     state = noted(state).with_toast(f"{name} is ready: {seconds:.1f} s.", "done")
     if level.prompt and level.prompt == state.prompt.strip():
-        state = replace(state, prompt="")
-    return request(services, state, state.goal) if state.goal is not None else state
+        state = with_prompt(state, "")
+    is_auto = job is not None and job.is_auto
+    return request(services, state, state.goal, is_auto) if state.goal is not None else state
 
 
 def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     index = len(state.scene) - 1
     if state.job is not None and state.job.level == index and not state.scene.is_committed(index):
         state.scene.abort(index)
-    state = replace(state, job=None, goal=None, is_goal_waiting=False)
+    job = state.job
+    if job is not None and job.is_auto and event.cancelled and state.is_goal_waiting:
+        return replace(state, job=None)  # it made room
+    state = replace(state, job=None, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
     if event.cancelled:
         return state if state.next_path is not None else state.with_toast("Cancelled.")
     line = _sentence(event)

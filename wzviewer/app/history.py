@@ -22,7 +22,8 @@ def undo(services: Services, state: AppState, command: cmd.Undo) -> AppState:
     if index is None:
         return state.with_toast("Nothing to undo.")
     state.scene.hide(index)
-    return replace(state, undone=(*state.undone, index))
+    # Auto detail must not bring back what was just taken away.
+    return replace(state, undone=(*state.undone, index), asked_for=state.view.camera)
 
 
 def redo(services: Services, state: AppState, command: cmd.Redo) -> AppState:

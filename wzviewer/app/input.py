@@ -13,6 +13,7 @@ from wzviewer.app.keys import BINDINGS, FAST, FLY_KEYS, SLOW, matches
 from wzviewer.app.state import AppState
 
 LEFT, RIGHT, MIDDLE = 0, 1, 2
+SIDE_BUTTONS: dict[int, type[cmd.Command]] = {3: cmd.GoBack, 4: cmd.GoForward}
 DRAG_PX = 4.0  # a hand trembles while it clicks
 LONGEST_STEP_S = 0.1  # a stall is no reason to jump
 WHEEL_LIMIT = 4.0  # notches in a frame: some touchpads report bursts
@@ -57,6 +58,9 @@ def _read_mouse(state: AppState, hand: Hand) -> tuple[Hand, list[cmd.Command]]:
     if io.mouse_wheel:
         notches = max(-WHEEL_LIMIT, min(WHEEL_LIMIT, io.mouse_wheel))
         commands.append(cmd.Zoom(x, y, notches))
+    for button, command in SIDE_BUTTONS.items():
+        if imgui.is_mouse_clicked(button):
+            commands.append(command())
     if imgui.is_mouse_double_clicked(LEFT):
         return Hand(), [*commands, cmd.ZoomTo(x, y)]
     for button in (LEFT, RIGHT, MIDDLE):
@@ -100,6 +104,8 @@ def _answer(state: AppState) -> list[cmd.Command]:
     """A dialog takes Escape and Enter and no other key; its line of text reads its own Enter."""
     if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
         return [cmd.Escape()]
+    if state.panels.dialog == "recover" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
+        return [cmd.SettleRecovery("recover")]
     if state.panels.dialog == "unsaved" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
         return [cmd.SettleUnsaved("save")]
     return []

@@ -1,12 +1,12 @@
 """Where the panels stand, from the size of the window alone: so a test can hold that none overlap."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 MARGIN_PT = 14.0
 BAR_PT = 46.0  # height of toolbar, prompt and status
 SIDE_PT = 236.0  # width of the tree
 CORNER_PT = 190.0  # width that the scale bar and the status need
-TOOLBAR_PT = 331.0
+TOOLBAR_PT = 367.0
 PROMPT_PT = (300.0, 620.0)  # narrowest and widest
 NARROW_PT = 2 * CORNER_PT + PROMPT_PT[0] + 4 * MARGIN_PT  # below it the prompt stands above the corners
 
@@ -44,9 +44,11 @@ class Layout:
         scale: imgui units per point.
         window: everything.
         toolbar: top left.
+        breadcrumb: right of it, as wide as its contents, at most this.
         tree: below it, as high as its contents need, at most this.
         statistics: top right.
-        toasts: below it, or in its place.
+        toasts: in its place.
+        toasts_beside: left of it where there is room, else over its foot.
         prompt: bottom centre; progress and refusal grow upwards from it.
         scale_bar: bottom left.
         status: bottom right.
@@ -55,9 +57,11 @@ class Layout:
     scale: float
     window: Rect
     toolbar: Rect
+    breadcrumb: Rect
     tree: Rect
     statistics: Rect
     toasts: Rect
+    toasts_beside: Rect
     prompt: Rect
     scale_bar: Rect
     status: Rect
@@ -82,13 +86,19 @@ def arrange(width: float, height: float, scale: float) -> Layout:
     tree_y = gap + bar + gap
     right_width = min(310 * scale, width - side - 3 * gap)
     right_x = width - gap - right_width
+    right = Rect(right_x, gap + bar + gap, right_width, min(bottom, prompt_y) - 3 * gap - bar)
+    beside = replace(right, x=right_x - gap / 2 - right_width)
+    toolbar = Rect(gap, gap, min(TOOLBAR_PT * scale, width - 2 * gap), bar)
+    crumbs_x = toolbar.right + gap / 2
     return Layout(
         scale,
         Rect(0.0, 0.0, width, height),
-        Rect(gap, gap, min(TOOLBAR_PT * scale, width - 2 * gap), bar),
+        toolbar,
+        Rect(crumbs_x, gap, max(width - gap - crumbs_x, 0.0), bar),
         Rect(gap, tree_y, side, max(min(bottom, prompt_y) - gap - tree_y, bar)),
-        Rect(right_x, gap + bar + gap, right_width, 222 * scale),
-        Rect(right_x, gap, right_width, min(bottom, prompt_y) - 2 * gap),
+        right,
+        right,
+        beside if beside.x >= gap + side else replace(right, y=min(bottom, prompt_y) - 3 * bar),
         prompt,
         Rect(gap, bottom, corner, bar),
         Rect(width - gap - corner, bottom, corner, bar),

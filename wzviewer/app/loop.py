@@ -1,21 +1,28 @@
 """The frame loop: Algorithm 1, lines 1-9.  Thread 2 (lines 10-32) is `wzviewer.worker`."""
 
 import time
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from imgui_bundle import imgui
+
 from wzviewer.app import commands as cmd
-from wzviewer.app.apply import apply, drain
+from wzviewer.app.answers import answered
+from wzviewer.app.apply import apply, drain, tick
 from wzviewer.app.dialogs import SystemDialogs
-from wzviewer.app.documents import answered, demo_photo
+from wzviewer.app.documents import demo_photo
 from wzviewer.app.drawing import BACKGROUND, SceneDrawing
 from wzviewer.app.input import Hand, read_input
+from wzviewer.app.journal import Journal, JournalFolder, NoJournal
 from wzviewer.app.layout import arrange
 from wzviewer.app.pacing import Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
+from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
+from wzviewer.app.settings import NoStore, SettingsFile, Store
 from wzviewer.app.state import empty_state
 from wzviewer.app.thumbnails import Thumbnails
 from wzviewer.app.viewing import advance, refocus
@@ -25,6 +32,7 @@ from wzviewer.core.types import ByteArray
 from wzviewer.errors import WzError
 from wzviewer.worker.client import WorkerClient
 
+SHOWN_FRAMES = 120  # in the plot of frame times
 POLL_BUDGET_S = 0.004  # of a frame, for what the worker sends
 
 
@@ -35,15 +43,31 @@ class App:
         window: to draw in.
         client: Thread 2.
         renderer: of the scene; a `SceneDrawing` when None.
+        store: where settings are kept; None keeps none.
+        journal: where finished levels are kept until they are saved; None keeps none.
     """
 
-    def __init__(self, window: Window, client: Client, renderer: SceneRenderer | None = None) -> None:
+    def __init__(
+        self,
+        window: Window,
+        client: Client,
+        renderer: SceneRenderer | None = None,
+        store: Store | None = None,
+        journal: Journal | None = None,
+    ) -> None:
         client.start()  # at once: it takes seconds until it is ready
         self.window = window
-        self.services = Services(client, renderer or SceneDrawing(window.context), SystemDialogs())
-        self.state = empty_state(*window.size_px)
+        store = store or NoStore()
+        settings, complaint = store.load()
+        renderer = renderer or SceneDrawing(window.context)
+        self.services = Services(client, renderer, SystemDialogs(), store, journal or NoJournal())
+        self.state = replace(empty_state(*window.size_px), settings=settings)
+        if complaint:
+            self.state = self.state.with_toast(complaint, "error")
+        self.state = ask_to_recover(self.services, self.state)
         self.pace = Pace(target_s=self.services.renderer.target_s)
         self.frame_s = 0.0  # what the last new picture took
+        self._times_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
         self._hand = Hand()
         self._thumbnails = Thumbnails(window.context)
         self._backdrop: ByteArray | None = None
@@ -75,6 +99,8 @@ class App:
     def close(self) -> None:
         """Ends the worker and frees everything."""
         self.services.client.close()
+        self.services.journal.close()
+        self.services.filmer.close()
         self._thumbnails.close()
         self.services.renderer.close()
         self.window.close()
@@ -94,6 +120,7 @@ class App:
         if pulse.wants_close:
             self.do(cmd.Close())
         self.state = refocus(self.services, self.state)
+        self.state = tick(self.services, self.state, imgui.get_io().want_text_input)
         self._name_window()
 
     def _paint(self, framebuffer: Any) -> None:  # noqa: ANN401 - a moderngl object
@@ -106,12 +133,13 @@ class App:
         began_s = time.perf_counter()
         self.services.renderer.sync(state.scene)
         fraction = self.pace.fraction(state.is_moving)
-        picture = self.services.renderer.draw(state.view.camera, fraction, state.is_moving)
+        picture = self.services.renderer.draw(state.view.camera, fraction, state.is_moving, state.look)
         picture.present_to(framebuffer, (0, 0, width, height))
         if state.is_moving:
             on_cpu_s = time.perf_counter() - began_s  # a graphics card works on after that
             self.frame_s = max(on_cpu_s, self.services.renderer.gpu_s)
             self.pace = self.pace.measured(True, self.frame_s)
+            self._times_ms.append(1e3 * self.frame_s)
 
     def _panels(self) -> list[cmd.Command]:
         """Draws the panels; returns what they and the input ask for."""
@@ -121,8 +149,6 @@ class App:
         return commands + asked
 
     def _ui(self) -> Ui:
-        from imgui_bundle import imgui
-
         size = imgui.get_io().display_size
         state, thumbnails = self.state, self._thumbnails
         shown: set[object] = {level.index for level in state.scene}
@@ -132,7 +158,9 @@ class App:
         thumbnails.keep_only(shown)
         statistics = {**self._timing(), **self.services.renderer.statistics()} if len(state.scene) else {}
         layout = arrange(size.x, size.y, self.window.scale)
-        return Ui(layout, self.window.fonts, thumbnails.of_scene(state.scene), photo, backdrop, statistics)
+        pictures = (thumbnails.of_scene(state.scene), photo, backdrop)
+        target_ms = 1e3 * self.services.renderer.target_s
+        return Ui(layout, self.window.fonts, *pictures, statistics, tuple(self._times_ms), target_ms)
 
     def _start_picture(self) -> ByteArray | None:
         if self._backdrop is None and (path := demo_photo()) is not None:
@@ -147,7 +175,9 @@ class App:
         return {"Frame in motion": f"{1e3 * self.frame_s:.0f} ms at {percent}"}
 
     def _wait_s(self) -> float:
-        is_busy = self.state.job is not None or any(t.is_alive(self.state.now_s) for t in self.state.toasts)
+        state = self.state
+        has_toasts = any(toast.is_alive(state.now_s) for toast in state.toasts)
+        is_busy = has_toasts or state.job is not None or state.film is not None
         return wait_s(self.state.is_moving or not self.services.renderer.is_settled, is_busy)
 
     def _name_window(self) -> None:
@@ -180,7 +210,8 @@ def run_app(
         OutputError: when the screenshot cannot be written.
     """
     window: Window = OffscreenWindow() if headless else GlfwWindow()
-    app = App(window, WorkerClient(synthesizer))
+    kept = (None, None) if headless else (SettingsFile.of_user(), JournalFolder.of_user())
+    app = App(window, WorkerClient(synthesizer), None, *kept)
     try:
         app.run(path, frames)
         if screenshot is not None:

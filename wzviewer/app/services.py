@@ -1,14 +1,22 @@
 """What the app needs of the outside, as small protocols, so that each has a stand-in for tests."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from imgui_bundle import imgui
+
+from wzviewer.app.filming import Filmer, FilmProcess
+from wzviewer.app.journal import Journal, NoJournal
+from wzviewer.app.look import Look
+from wzviewer.app.settings import NoStore, Store
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray
 from wzviewer.worker.client import Event
+
+PLAIN = Look()
 
 
 class Client(Protocol):
@@ -73,7 +81,9 @@ class SceneRenderer(Protocol):
         """Takes over some of what changed in the scene; returns whether that was all."""
         ...
 
-    def draw(self, camera: Camera, fraction: float = 1.0, is_moving: bool = False) -> Picture:
+    def draw(
+        self, camera: Camera, fraction: float = 1.0, is_moving: bool = False, look: Look = PLAIN
+    ) -> Picture:
         """Renders the scene at a fraction of the resolution; in motion less exactly."""
         ...
 
@@ -104,6 +114,10 @@ class Dialogs(Protocol):
         """Shows the dialog for a picture; False when the system has none."""
         ...
 
+    def ask_film(self, suggestion: str) -> bool:
+        """Shows the dialog for a film; False when the system has none."""
+        ...
+
     def poll(self) -> Sequence[tuple[str, Path]]:
         """Returns the answers given since the last call: (open, save or picture; path)."""
         ...
@@ -116,3 +130,7 @@ class Services:
     client: Client
     renderer: SceneRenderer
     dialogs: Dialogs
+    store: Store = field(default_factory=NoStore)
+    journal: Journal = field(default_factory=NoJournal)
+    filmer: Filmer = field(default_factory=FilmProcess)
+    copy: Callable[[str], None] = imgui.set_clipboard_text

@@ -11,14 +11,18 @@ from typing import Literal
 
 import numpy as np
 
+from wzviewer.app.journal import Leftover
+from wzviewer.app.look import Look
+from wzviewer.app.settings import Settings
 from wzviewer.core.camera import Camera
 from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray, DoubleArray
+from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
-DialogKind = Literal["open", "save", "picture", "unsaved", ""]
+DialogKind = Literal["open", "save", "picture", "film", "unsaved", "recover", ""]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
 REST_S = 0.2  # without motion, before the picture is refined
@@ -65,6 +69,7 @@ class Job:
         fraction: of the whole, [0, 1].
         level: index of the level in the making, once a preview is there.
         is_cancelling: whether the user asked to stop.
+        is_auto: whether nobody asked for it: the view rested where detail was missing.
     """
 
     request_id: int
@@ -75,6 +80,7 @@ class Job:
     fraction: float = 0.0
     level: int | None = None
     is_cancelling: bool = False
+    is_auto: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +140,27 @@ class View:
         return self.flight is not None or self.drag is not None or not self.spring.is_resting
 
 
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A view that one can come back to.
+
+    Attributes:
+        camera: C_render there.
+        focus: (3,) world point that was looked at.
+    """
+
+    camera: Camera
+    focus: DoubleArray
+
+
+@dataclass(frozen=True, eq=False)
+class Trail:
+    """Places where the view came to rest, oldest first, and which of them is the present one."""
+
+    places: tuple[Place, ...] = ()
+    at: int = 0
+
+
 @dataclass(frozen=True)
 class Panels:
     """What is shown beside the picture."""
@@ -141,9 +168,27 @@ class Panels:
     tree: bool = True
     statistics: bool = False
     help: bool = False
+    keep: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
     wants_prompt_focus: bool = False
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film in the making.
+
+    Attributes:
+        path: of its file.
+        started_s: when it was asked for, s.
+        fraction: of its frames.
+        is_cancelling: whether the user asked to stop.
+    """
+
+    path: Path
+    started_s: float
+    fraction: float = 0.0
+    is_cancelling: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,11 +213,21 @@ class AppState:
         saved: (levels, hidden) when last saved.
         prompt: U_{i+1} as typed.
         refusal: why the last prompt was refused; goes when the prompt changes.
+        vocabulary: words that the worker understands; empty until it has said so.
+        reading: how the prompt is understood so far.
+        offer: which of the offers is marked.
         job: the running request.
         goal: what the running chain of levels is for.
         is_goal_waiting: whether a flight has to end before the goal is asked for.
+        settings: what the user prefers.
+        asked_for: camera that auto detail has dealt with.
+        look: how the scene is drawn.
+        trail: places that back and forward go through.
         undone: levels that redo brings back, the next one last.
         after: what to do once unsaved changes are settled.
+        picture_size: of pictures and films, px; None is the window's.
+        film: the film in the making.
+        leftover: what a crash left behind, until the user has said what to do with it.
         next_path: to be opened once the running request has stopped.
         is_closing: whether the loop ends.
     """
@@ -185,13 +240,23 @@ class AppState:
     saved: tuple[int, frozenset[int]] = (0, frozenset())
     prompt: str = ""
     refusal: str = ""
+    vocabulary: Vocabulary = field(default_factory=Vocabulary)
+    reading: Reading = field(default_factory=Reading)
+    offer: int = 0
     job: Job | None = None
     goal: Goal | None = None
     is_goal_waiting: bool = False
+    settings: Settings = field(default_factory=Settings)
+    asked_for: Camera | None = None
+    look: Look = field(default_factory=Look)
+    trail: Trail = field(default_factory=Trail)
     undone: tuple[int, ...] = ()
     toasts: tuple[Toast, ...] = ()
     panels: Panels = field(default_factory=Panels)
     after: Callable[["AppState"], "AppState"] | None = None
+    picture_size: tuple[int, int] | None = None
+    film: Film | None = None
+    leftover: Leftover | None = None
     next_path: Path | None = None
     now_s: float = 0.0
     is_worker_ready: bool = False
@@ -201,6 +266,11 @@ class AppState:
     def has_document(self) -> bool:
         """Whether there is a photo or a scene; otherwise the start page is shown."""
         return self.photo is not None or len(self.scene) > 0
+
+    @property
+    def offers(self) -> tuple[Offer, ...]:
+        """Prompts that are one key away."""
+        return self.reading.offers if self.prompt.strip() else starters(self.vocabulary)
 
     @property
     def num_finished(self) -> int:

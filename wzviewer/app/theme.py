@@ -118,6 +118,7 @@ def _set_colors(style: imgui.Style) -> None:
         (C.scrollbar_grab_active, PRESSED),
         (C.text_selected_bg, (ACCENT[0], ACCENT[1], ACCENT[2], 0.35)),
         (C.input_text_cursor, ACCENT),
+        (C.check_mark, ACCENT),
         (C.modal_window_dim_bg, SHADE),
         (C.nav_cursor, clear),
     ):

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from imgui_bundle import imgui  # before glfw: both must share the library that it ships
+from imgui_bundle import imgui, implot  # before glfw: both must share the library that it ships
 
 from wzviewer.app.theme import Fonts, apply_theme
 from wzviewer.core.types import ByteArray
@@ -77,6 +77,7 @@ class Window(Protocol):
 
 def _new_imgui() -> imgui.IO:
     imgui.create_context()
+    implot.create_context()
     io = imgui.get_io()
     io.set_ini_filename("")  # the layout is computed: there is nothing to remember
     io.config_flags |= imgui.ConfigFlags_.no_mouse_cursor_change.value
@@ -150,6 +151,7 @@ class OffscreenWindow:
     def close(self) -> None:
         """Frees everything."""
         imgui.backends.opengl3_shutdown()
+        implot.destroy_context()
         imgui.destroy_context()
         self._framebuffer.release()
         self.context.close()
@@ -261,6 +263,7 @@ class GlfwWindow:
         """Frees everything."""
         imgui.backends.opengl3_shutdown()
         imgui.backends.glfw_shutdown()
+        implot.destroy_context()
         imgui.destroy_context()
         self.context.close()
         self._glfw.destroy_window(self._window)

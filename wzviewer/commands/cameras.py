@@ -80,6 +80,20 @@ def _eased(count: int) -> Iterator[float]:
         yield float(t * t * (3.0 - 2.0 * t))
 
 
+def parse_camera(text: str) -> Camera:
+    """Parses one camera of JSON.
+
+    Raises:
+        InputError: when it is malformed.
+    """
+    try:
+        return camera_from_json(json.loads(text))
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(
+            "--camera", f"is not a camera ({error})", "The app's Copy view gives one."
+        ) from error
+
+
 def read_path(path: Path) -> list[Camera]:
     """Reads ``{"frames": [CAMERA, ...]}``.
 
@@ -95,5 +109,5 @@ def read_path(path: Path) -> list[Camera]:
         return [camera_from_json(frame) for frame in frames]
     except OSError as error:
         raise InputError(str(path), (error.strerror or str(error)).lower()) from error
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(str(path), f"is not a camera path ({error})") from error

@@ -28,6 +28,8 @@ def run(options: argparse.Namespace) -> None:
     scene = load_scene(options.scene)
     level = cameras.level_index(scene, options.level)
     camera = cameras.camera_of(scene, level, options.magnify, options.orbit)
+    if options.camera is not None:
+        camera = cameras.parse_camera(options.camera)
     size = parse_size(options.size) if options.size else None
     settings = RenderSettings(
         blend=options.blend, modulation=not options.no_modulation, antialias=not options.no_antialias

@@ -58,10 +58,11 @@ def write_scene(scene: Scene, file: BinaryIO) -> None:
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
         _put(archive, "manifest.json", json.dumps(manifest, indent=1).encode())
         for level in levels:
-            _put_level(archive, level)
+            put_level(archive, level)
 
 
-def _put_level(archive: zipfile.ZipFile, level: Level) -> None:
+def put_level(archive: zipfile.ZipFile, level: Level) -> None:
+    """Writes the arrays of a level into an archive; its header goes into a manifest."""
     from safetensors.numpy import save
 
     folder = f"levels/{level.index:03d}"
@@ -113,7 +114,7 @@ def _read_scene(archive: zipfile.ZipFile, name: str) -> Scene:
     known = ("format", "version", "levels", "hidden")
     scene.unknown_fields = {k: v for k, v in manifest.items() if k not in known}
     for index, header in enumerate(manifest["levels"][:MAX_LEVELS]):
-        scene.append(_get_level(archive, index, header))
+        scene.append(get_level(archive, index, header))
         scene.commit(index)
     for hidden in manifest.get("hidden", []):
         if isinstance(hidden, int) and 0 < hidden < len(scene):
@@ -123,7 +124,12 @@ def _read_scene(archive: zipfile.ZipFile, name: str) -> Scene:
     return scene
 
 
-def _get_level(archive: zipfile.ZipFile, index: int, header: Json) -> Level:
+def get_level(archive: zipfile.ZipFile, index: int, header: Json) -> Level:
+    """Reads a level from an archive.
+
+    Raises:
+        ValueError, KeyError: when it is damaged or out of bounds.
+    """
     folder = f"levels/{index:03d}"
     arrays: dict[str, NDArray[Any]] = {"image": decode_png(_get(archive, f"{folder}/image.png"), folder)}
     for entry in ("surfels", "depth"):

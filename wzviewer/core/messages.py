@@ -81,10 +81,11 @@ class Shutdown(Message):
 
 @dataclass(frozen=True)
 class WorkerReady(Message):
-    """The worker can take requests."""
+    """The worker can take requests, with prompts of these words (`core.vocabulary`)."""
 
     direction: ClassVar[str] = "worker->app"
     pid: int
+    words: Json = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

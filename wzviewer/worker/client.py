@@ -9,7 +9,7 @@ import contextlib
 import multiprocessing
 import time
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from wzviewer.core import messages as m
@@ -18,6 +18,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.records import camera_to_json, header_of
 from wzviewer.core.scene import Level, Scene
 from wzviewer.core.types import ByteArray
+from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.transport import Arrays, Channel, TransportError, make_memory
 
 CANCEL_GRACE_S = 0.7  # then the worker is killed; the contract says one second in all
@@ -35,7 +36,9 @@ class Event:
 
 @dataclass(frozen=True)
 class WorkerStarted(Event):
-    """The worker can take requests."""
+    """The worker can take requests, with prompts of these words."""
+
+    vocabulary: Vocabulary = field(default_factory=Vocabulary)
 
 
 @dataclass(frozen=True)
@@ -223,7 +226,7 @@ class WorkerClient:
     def _handle(self, message: m.Message, arrays: dict[str, Any]) -> None:
         if isinstance(message, m.WorkerReady):
             self.ready, self._failed_starts = True, 0
-            self._events.append(WorkerStarted(0))
+            self._events.append(WorkerStarted(0, Vocabulary.from_json(message.words)))
         elif getattr(message, "request_id", None) == self.request_id and self._assembly is not None:
             self._handle_request(message, arrays, self._assembly)
 

@@ -52,7 +52,8 @@ class Worker:
         from wzviewer.worker.models.registry import load_synthesizer
 
         self._models = load_synthesizer(self._synthesizer_name)
-        self._channel.send(m.WorkerReady(os.getpid()))
+        words = self._models.editor.vocabulary().to_json()
+        self._channel.send(m.WorkerReady(os.getpid(), words))
         self._models.warm_up(self._inbox.empty)
         while (delivery := self._inbox.get()) is not None:
             self._handle(delivery)

@@ -2,7 +2,7 @@
 
 ::
 
-    ┌ toolbar ─────────┐                                  ┌ toasts / statistics ┐
+    ┌ toolbar ─────────┐ ┌ ‹ › photo › breadcrumb ┐   ┌ toasts, look behind ┐
     │ open save … help │                                  └─────────────────────┘
     ├ tree ────────────┤
     │ ▣ photograph     │            the picture

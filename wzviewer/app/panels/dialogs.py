@@ -9,7 +9,12 @@ from wzviewer.app.panels.surface import Ui, face, plate, primary, shade, wrapped
 from wzviewer.app.state import AppState
 
 WIDTH_PT = 460.0
-TITLES = {"open": "Open a photo or a scene", "save": "Save the scene", "picture": "Save the picture"}
+TITLES = {
+    "open": "Open a photo or a scene",
+    "save": "Save the scene",
+    "picture": "Save the picture",
+    "film": "Save the film",
+}
 
 
 def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -25,6 +30,8 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
     with plate("dialog", rect, alpha=0.98, is_front=True):
         if kind == "unsaved":
             return _unsaved(state, ui)
+        if kind == "recover":
+            return _recover(state, ui)
         return _path(state, ui, TITLES[kind])
 
 
@@ -40,6 +47,18 @@ def _unsaved(state: AppState, ui: Ui) -> list[cmd.Command]:
         ("Don't save", cmd.SettleUnsaved("discard")),
         ("Save", cmd.SettleUnsaved("save")),
     )
+
+
+def _recover(state: AppState, ui: Ui) -> list[cmd.Command]:
+    left = state.leftover
+    count, name = (left.count, left.name) if left is not None else (0, "")
+    with face(ui.fonts.bold, theme.HEAD_PT):
+        imgui.text_unformatted("Bring back what was not saved?")
+    what = "1 level" if count == 1 else f"{count} levels"
+    of = f" of {name}" if name else ""
+    wrapped(ui, f"wzviewer ended unexpectedly. It had kept {what}{of}.", theme.MUTED)
+    discard, recover = cmd.SettleRecovery("discard"), cmd.SettleRecovery("recover")
+    return _buttons(ui, ("Later", cmd.Escape()), ("Delete", discard), ("Recover", recover))
 
 
 def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:

@@ -1,13 +1,17 @@
 """All panels of a frame, in order; the flat photo before E_0 exists."""
 
+from dataclasses import replace
+
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.panels.breadcrumb import draw_breadcrumb
 from wzviewer.app.panels.dialogs import draw_dialogs
 from wzviewer.app.panels.help import draw_help
+from wzviewer.app.panels.keep import draw_film, draw_keep
+from wzviewer.app.panels.look import draw_look
 from wzviewer.app.panels.prompt import draw_prompt
 from wzviewer.app.panels.start import draw_start
-from wzviewer.app.panels.statistics import draw_statistics
 from wzviewer.app.panels.status import draw_scale_bar, draw_status
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.toasts import draw_toasts
@@ -25,14 +29,15 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     else:
         if not len(state.scene):
             _flat_photo(state, ui)
-        commands += draw_toolbar(state, ui) + draw_tree(state, ui)
+        commands += draw_toolbar(state, ui) + draw_breadcrumb(state, ui) + draw_tree(state, ui)
         draw_scale_bar(state, ui)
         draw_status(state, ui)
-        commands += draw_prompt(state, ui) + draw_statistics(state, ui)
-    layout = ui.layout
-    shows_numbers = state.panels.statistics and state.has_document
-    top = layout.statistics.bottom + ui.pt(8) if shows_numbers else layout.toasts.y
-    commands += draw_toasts(state, ui, top)
+        commands += draw_prompt(state, ui) + draw_look(state, ui)
+    is_beside = state.panels.statistics and state.has_document
+    notices = ui.layout.toasts_beside if is_beside else ui.layout.toasts
+    asked, height = draw_film(state, ui, notices)
+    commands += asked + draw_toasts(state, ui, replace(notices, y=notices.y + height))
+    commands += draw_keep(state, ui)
     return commands + draw_help(state, ui) + draw_dialogs(state, ui)
 
 

@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 
+from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import theme
@@ -51,6 +52,11 @@ def draw_status(state: AppState, ui: Ui) -> None:
 
 
 def _line(state: AppState) -> str:
+    line = _about(state)
+    return f"{icons.ICON_FA_WAND_MAGIC_SPARKLES} auto detail · {line}" if state.settings.auto_detail else line
+
+
+def _about(state: AppState) -> str:
     if not len(state.scene):
         return state.name
     count = len(state.scene.visible())

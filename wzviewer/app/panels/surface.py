@@ -1,6 +1,6 @@
 """What all panels share: the picture of the interface that they draw into, and its plates."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -33,6 +33,8 @@ class Ui:
         photo: the flat picture, before E_0 exists.
         backdrop: the picture behind the start page.
         statistics: lines for the statistics panel.
+        frame_times_ms: of the last pictures in motion.
+        target_ms: that such a picture may take.
     """
 
     layout: Layout
@@ -41,6 +43,8 @@ class Ui:
     photo: Thumbnail | None = None
     backdrop: Thumbnail | None = None
     statistics: Mapping[str, str] = field(default_factory=dict)
+    frame_times_ms: Sequence[float] = ()
+    target_ms: float = 16.7
 
     def pt(self, points: float) -> float:
         """Points to imgui units."""
@@ -164,3 +168,20 @@ def elided(text: str, width: float) -> str:
     while text and imgui.calc_text_size(text + "…").x > width:
         text = text[:-1]
     return text.rstrip() + "…"
+
+
+def picture(
+    ui: Ui, thumbnail: Thumbnail | None, rect: tuple[float, float, float, float], is_here: bool
+) -> None:
+    """Draws a level's picture, cropped to a frame (x, y, width, height); a border says "here"."""
+    x, y, width, height = rect
+    draw = imgui.get_window_draw_list()
+    if thumbnail is None:
+        draw.add_rect_filled((x, y), (x + width, y + height), theme.u32(theme.FIELD), ui.pt(5))
+    else:
+        excess = thumbnail.aspect / (width / height)
+        u, v = (0.5 - 0.5 / excess, 0.0) if excess > 1 else (0.0, 0.5 - 0.5 * excess)
+        corners = ((x, y), (x + width, y + height), (u, v), (1 - u, 1 - v))
+        draw.add_image_rounded(thumbnail.ref, *corners, theme.u32((1, 1, 1, 1)), ui.pt(5))
+    if is_here:
+        draw.add_rect((x, y), (x + width, y + height), theme.u32(theme.ACCENT), ui.pt(5), ui.pt(1.5))

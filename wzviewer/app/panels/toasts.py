@@ -17,16 +17,16 @@ ICONS = {
 FADE_S = 0.25
 
 
-def draw_toasts(state: AppState, ui: Ui, top: float) -> list[cmd.Command]:
+def draw_toasts(state: AppState, ui: Ui, rect: Rect) -> list[cmd.Command]:
     """Draws the notices, the newest below.
 
     Args:
         state: of the app.
         ui: what to draw with.
-        top: y of the first, imgui units.
+        rect: where they may stand.
     """
     commands: list[cmd.Command] = []
-    rect = ui.layout.toasts
+    top = rect.y
     for number, toast in enumerate(t for t in state.toasts if t.is_alive(state.now_s)):
         imgui.push_style_var(imgui.StyleVar_.alpha.value, _opacity(toast, state.now_s))
         with plate(f"toast{number}", Rect(rect.x, top, rect.width, 0.0), grows="down"):

@@ -25,7 +25,7 @@ def draw_toolbar(state: AppState, ui: Ui) -> list[cmd.Command]:
             for place, button in enumerate(group):
                 if place:
                     imgui.same_line(0.0, ui.pt(2))
-                commands += _button(ui, button, is_marked=_is_save(button) and state.is_dirty)
+                commands += _button(ui, button, is_marked=_is_marked(state, button[2]))
     imgui.pop_style_var()
     return commands
 
@@ -34,7 +34,7 @@ def _files(state: AppState) -> tuple[Button, ...]:
     return (
         (icons.ICON_FA_FOLDER_OPEN, "Open a photo or a scene", cmd.AskOpen(), True),
         (icons.ICON_FA_FLOPPY_DISK, "Save", cmd.Save(), state.num_finished > 0),
-        (icons.ICON_FA_CAMERA, "Save the picture", cmd.AskPicture(), len(state.scene) > 0),
+        (icons.ICON_FA_CAMERA, "Keep: picture, film, command", cmd.Toggle("keep"), len(state.scene) > 0),
     )
 
 
@@ -49,21 +49,30 @@ def _history(state: AppState) -> tuple[Button, ...]:
 
 def _views(state: AppState) -> tuple[Button, ...]:
     return (
+        (
+            icons.ICON_FA_WAND_MAGIC_SPARKLES,
+            f"Auto detail is {'on' if state.settings.auto_detail else 'off'}",
+            cmd.ToggleAuto(),
+            True,
+        ),
         (icons.ICON_FA_HOUSE, "The whole picture", cmd.GoHome(), True),
         (icons.ICON_FA_LAYER_GROUP, "Levels", cmd.Toggle("tree"), len(state.scene) > 0),
         (icons.ICON_FA_CIRCLE_QUESTION, "Keys and gestures", cmd.Toggle("help"), True),
     )
 
 
-def _is_save(button: Button) -> bool:
-    return isinstance(button[2], cmd.Save)
+def _is_marked(state: AppState, command: cmd.Command) -> bool:
+    """What is on, or has something to do: unsaved levels, auto detail."""
+    if isinstance(command, cmd.Save):
+        return state.is_dirty
+    return isinstance(command, cmd.ToggleAuto) and state.settings.auto_detail
 
 
 def _button(ui: Ui, button: Button, is_marked: bool) -> list[cmd.Command]:
     icon, what, command, is_enabled = button
     imgui.begin_disabled(not is_enabled)
     with colored(ACCENT if is_marked else TEXT):
-        pressed = imgui.button(f"{icon}##{what}", (ui.pt(BUTTON_PT[0]), ui.pt(BUTTON_PT[1])))
+        pressed = imgui.button(f"{icon}##{icon}", (ui.pt(BUTTON_PT[0]), ui.pt(BUTTON_PT[1])))
     imgui.end_disabled()
     key = label_of(type(command)) if not isinstance(command, cmd.Toggle) else ""
     tooltip(f"{what}   {key}" if key else what)

@@ -16,6 +16,7 @@ from typing import Protocol
 
 from wzviewer.core.camera import Camera
 from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.models.builtin.depth.estimator import DepthReading
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.synthesizer import Detail
@@ -68,6 +69,9 @@ class SuperResolver(Protocol):
 
 class ImageEditor(Protocol):
     """Changes an image as a prompt says."""
+
+    def vocabulary(self) -> Vocabulary:
+        """Returns the words of prompts that it knows; empty when it takes any."""
 
     def parse(self, prompt: str) -> Edit:
         """Understands a prompt, or raises `errors.PromptError` with the words that are known."""

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import FloatArray
+from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.models.builtin.objects import grammar
 from wzviewer.worker.models.builtin.objects.deeper import march_again
 from wzviewer.worker.models.builtin.objects.grammar import Edit, Request
@@ -33,6 +34,11 @@ class ObjectEditor:
             PromptError: at once, for what it does not know.
         """
         return grammar.parse(prompt)
+
+    @staticmethod
+    def vocabulary() -> Vocabulary:
+        """Returns the words that `parse` knows."""
+        return grammar.vocabulary()
 
     def warm_up(self) -> None:
         """Compiles the kernels (under a minute, once a machine; later read from disk in a second)."""

@@ -11,6 +11,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.errors import PromptError
 from wzviewer.worker.models.builtin.objects.traits import Tint, linear
 from wzviewer.worker.models.builtin.objects.words import (
@@ -89,6 +90,19 @@ class Edit:
     def __bool__(self) -> bool:
         """Tells whether there is anything to do."""
         return bool(self.objects or self.changes)
+
+
+def vocabulary() -> Vocabulary:
+    """Returns the words that `parse` knows, for completion while one types."""
+    return Vocabulary(
+        objects=tuple(BUILDERS),
+        synonyms=tuple(name for name in NAMES if name not in BUILDERS),
+        qualities=tuple(dict.fromkeys((*_QUALITIES, *COUNTS))),
+        places=tuple(dict.fromkeys(("petal", "leaf", "flower", "stem", "stone", *sorted(SURFACES), *WHERE))),
+        prepositions=tuple(sorted(PREPOSITIONS)),
+        fillers=tuple(sorted(_ARTICLES | VERBS)),
+        file_suffixes=IMAGE_SUFFIXES,
+    )
 
 
 def parse(prompt: str) -> Edit:

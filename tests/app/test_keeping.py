@@ -1,0 +1,152 @@
+"""Pictures at a size, the view as a command, and films."""
+
+import shlex
+import time
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.app.fakes import fake_services, make_scene, state_with
+from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply, tick
+from wzviewer.app.filming import FilmNews, FilmProcess, film_cameras, look_options, snapshot
+from wzviewer.app.look import Look
+from wzviewer.cli import build_parser
+from wzviewer.commands.cameras import parse_camera
+from wzviewer.core.photos import load_photo
+from wzviewer.errors import InputError
+
+
+class FakeFilmer:
+    def __init__(self):
+        self.asked, self.news, self.is_cancelled = None, [], False
+
+    def start(self, scene, cameras, path, look):
+        self.asked = (len(scene), cameras, path, look)
+
+    def cancel(self):
+        self.is_cancelled = True
+        self.news.append(FilmNews(1.0, True, "terminated", True))
+
+    def poll(self):
+        news, self.news = self.news, []
+        return news
+
+    def close(self):
+        pass
+
+
+def test_a_picture_has_the_chosen_size(tmp_path):
+    services, state = fake_services(), state_with(make_scene(1))
+    state = apply(services, state, [cmd.SetPictureSize((320, 200)), cmd.SavePicture(tmp_path / "a.png")])
+    assert load_photo(tmp_path / "a.png").shape == (200, 320, 3)
+    assert "320 × 200" in state.toasts[-1].text
+    apply(services, state, [cmd.SetPictureSize(None), cmd.SavePicture(tmp_path / "b.png")])
+    assert load_photo(tmp_path / "b.png").shape == (420, 640, 3)
+
+
+def test_the_copied_command_is_this_very_view(tmp_path):
+    copied = []
+    services = replace(fake_services(), copy=copied.append)
+    state = state_with(make_scene(2))
+    assert "Save the scene first" in apply(services, state, [cmd.CopyView()]).toasts[-1].text
+    camera = state.view.camera.zoomed(123.0, 77.0, 5.3)
+    state = replace(state.with_view(replace(state.view, camera=camera)), path=tmp_path / "it's a scene.wz")
+    state = replace(state, look=Look(modulation=False, blend="linear"))
+    apply(services, state, [cmd.CopyView()])
+    options = build_parser().parse_args(shlex.split(copied[0])[1:])
+    assert options.scene == tmp_path / "it's a scene.wz"
+    assert options.blend == "linear"
+    assert options.no_modulation
+    assert parse_camera(options.camera).key == camera.key
+
+
+def test_a_camera_that_is_none_is_refused_in_a_line():
+    for text in ("", "{", "[]", "{}", "[" * 5000):
+        with pytest.raises(InputError, match="is not a camera"):
+            parse_camera(text)
+
+
+def test_a_film_goes_from_the_photo_to_the_view():
+    state = state_with(make_scene(2))
+    home = state.view.home
+    here = home.zoomed(300.0, 200.0, 64.0)
+    cameras = film_cameras(home, here, state.view.focus, (320, 180))
+    assert cameras[0].key == home.resized(320, 180).key
+    assert cameras[-1].key == here.resized(320, 180).key
+    focals = [camera.focal_px for camera in cameras]
+    assert all(b >= a for a, b in pairwise(focals))
+    assert len(cameras) == 96 + 2 * 19 - 1  # two levels at two seconds each, and the rests
+
+
+def test_a_film_tells_how_it_goes_and_how_it_ended(tmp_path):
+    services = replace(fake_services(), filmer=FakeFilmer())
+    state = state_with(make_scene(2))
+    state = apply(services, state, [cmd.MakeFilm(tmp_path / "zoom")])
+    assert services.filmer.asked[2] == tmp_path / "zoom.mp4"
+    again = apply(services, state, [cmd.AskFilm()])
+    assert "One at a time" in again.toasts[-1].text
+    services.filmer.news = [FilmNews(0.25), FilmNews(0.5)]
+    state = tick(services, state, False)
+    assert state.film.fraction == 0.5
+    services.filmer.news = [FilmNews(1.0, True)]
+    done = tick(services, state, False)
+    assert done.film is None
+    assert done.toasts[-1].kind == "done"
+    services.filmer.news = [FilmNews(1.0, True, "no room")]
+    assert "no room" in tick(services, state, False).toasts[-1].text
+    cancelled = apply(services, state, [cmd.CancelFilm()])
+    assert cancelled.film.is_cancelling
+    assert tick(services, cancelled, False).toasts[-1].text == "The film was cancelled."
+
+
+def test_a_snapshot_does_not_grow():
+    scene = make_scene(3)
+    scene.hide(2)
+    copy = snapshot(scene)
+    scene.show(2)
+    assert len(copy) == 3
+    assert copy.hidden == {2}
+
+
+def test_looks_become_options():
+    assert look_options(Look()) == []
+    assert look_options(Look(blend="linear", merged=False)) == ["--blend", "linear", "--no-antialias"]
+
+
+def finished(filmer, limit_s=120.0):
+    news, until = [], time.monotonic() + limit_s
+    while time.monotonic() < until and not (news and news[-1].is_over):
+        news += filmer.poll()
+        time.sleep(0.02)
+    return news
+
+
+@pytest.mark.gl
+def test_a_real_film_and_a_cancelled_one(tmp_path):
+    scene = make_scene(1, 64, 48)
+    camera, filmer = scene[0].camera, FilmProcess()
+    few, many = ([camera.zoomed(32.0, 24.0, 1.0 + i / n) for i in range(n)] for n in (12, 5000))
+    filmer.start(scene, few, tmp_path / "a.mp4", Look())
+    news = finished(filmer)
+    if "context" in news[-1].why_not.lower() or "EGL" in news[-1].why_not:
+        pytest.skip(news[-1].why_not)
+    assert news[-1] == FilmNews(1.0, True)
+    assert (tmp_path / "a.mp4").stat().st_size > 500
+    assert [n.fraction for n in news] == sorted(n.fraction for n in news)
+    filmer.start(scene, many, tmp_path / "b.mp4", Look())
+    while not filmer.poll():
+        time.sleep(0.02)
+    filmer.cancel()
+    assert finished(filmer, 5.0)[-1].is_cancelled
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]
+
+
+def test_a_film_that_cannot_be_written_says_why(tmp_path):
+    services = replace(fake_services(), filmer=FakeFilmer())
+    state = apply(services, state_with(make_scene(1)), [cmd.MakeFilm(tmp_path / "no" / "zoom.mp4")])
+    assert state.film is None
+    assert state.toasts[-1].kind == "error"
+    assert np.isfinite(state.now_s)

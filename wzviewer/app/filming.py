@@ -1,0 +1,179 @@
+"""A film of the zoom from the photo to the view, made by ``wzviewer render`` in a process of its own.
+
+So the frame loop never waits for it: a thread writes the scene and the camera path to a temporary
+folder, follows the progress of the process, and ends it when the user cancels.
+"""
+
+import json
+import math
+import queue
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from wzviewer.app.look import Look
+from wzviewer.commands.cameras import FPS
+from wzviewer.core import navigation
+from wzviewer.core.camera import Camera
+from wzviewer.core.constants import ZOOM_FACTOR
+from wzviewer.core.files import save_scene
+from wzviewer.core.records import camera_to_json
+from wzviewer.core.scene import Scene
+from wzviewer.core.types import DoubleArray
+from wzviewer.errors import WzError
+
+SECONDS_PER_LEVEL = 2.0  # for every x8 of magnification
+SHORTEST_S, HOLD_S = 2.0, 0.8
+STEP = re.compile(r"frame (\d+) of (\d+)")
+END_WAIT_S = 2.0
+
+
+@dataclass(frozen=True)
+class FilmNews:
+    """What happened to a film: ``fraction`` of it, and at its end the reason why there is none."""
+
+    fraction: float
+    is_over: bool = False
+    why_not: str = ""
+    is_cancelled: bool = False
+
+
+class Filmer(Protocol):
+    """Makes one film at a time."""
+
+    def start(self, scene: Scene, cameras: Sequence[Camera], path: Path, look: Look) -> None:
+        """Begins; `poll` tells how it goes."""
+
+    def cancel(self) -> None:
+        """Ends it without a film."""
+
+    def poll(self) -> list[FilmNews]:
+        """Returns what happened since the last call."""
+        ...
+
+    def close(self) -> None:
+        """Ends whatever runs."""
+
+
+def film_cameras(home: Camera, here: Camera, focus: DoubleArray, size: tuple[int, int]) -> list[Camera]:
+    """Returns the way from the photo to the view: even in log focal length, resting at both ends.
+
+    Args:
+        home: the whole picture.
+        here: the view.
+        focus: (3,) world point that the view looks at.
+        size: width and height of the film, px; odd ones lose their last row or column.
+    """
+    start, end = home.resized(*size), here.resized(*size)
+    folds = abs(math.log(end.focal_px / start.focal_px)) / math.log(ZOOM_FACTOR)
+    count = round(FPS * max(SHORTEST_S, SECONDS_PER_LEVEL * folds))
+    shares = [i / count for i in range(1, count)]
+    between = [navigation.interpolated(start, end, focus, s * s * (3.0 - 2.0 * s)) for s in shares]
+    hold = round(FPS * HOLD_S)
+    return [start] * hold + between + [end] * hold
+
+
+def snapshot(scene: Scene) -> Scene:
+    """Returns the finished levels as a scene of their own: the app's may grow meanwhile."""
+    copy = Scene()
+    for level in scene:
+        if scene.is_committed(level.index):
+            copy.append(level)
+            copy.commit(level.index)
+    for index in scene.hidden:
+        if index < len(copy):
+            copy.hide(index)
+    return copy
+
+
+class FilmProcess:
+    """A `Filmer` that runs the command line."""
+
+    def __init__(self) -> None:
+        self._news: queue.SimpleQueue[FilmNews] = queue.SimpleQueue()
+        self._process: subprocess.Popen[str] | None = None
+        self._thread: threading.Thread | None = None
+        self._cancelled = threading.Event()
+
+    def start(self, scene: Scene, cameras: Sequence[Camera], path: Path, look: Look) -> None:
+        """Begins; `poll` tells how it goes."""
+        self._cancelled.clear()
+        arguments = (snapshot(scene), list(cameras), path, look)
+        self._thread = threading.Thread(target=self._make, args=arguments, daemon=True)
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Ends it without a film."""
+        self._cancelled.set()
+        if self._process is not None:
+            self._process.terminate()
+
+    def poll(self) -> list[FilmNews]:
+        """Returns what happened since the last call."""
+        news = []
+        with suppress(queue.Empty):
+            while True:
+                news.append(self._news.get_nowait())
+        return news
+
+    def close(self) -> None:
+        """Ends whatever runs."""
+        self.cancel()
+        if self._thread is not None:
+            self._thread.join(END_WAIT_S)
+
+    def _make(self, scene: Scene, cameras: list[Camera], path: Path, look: Look) -> None:
+        why_not = ""
+        try:
+            with tempfile.TemporaryDirectory(prefix="wzviewer-film-") as folder:
+                command = write_request(Path(folder), scene, cameras, path, look)
+                why_not = self._run(command)
+        except (OSError, WzError) as error:
+            why_not = str(error)
+        if self._cancelled.is_set():
+            path.with_name(f".{path.stem}.part.mp4").unlink(missing_ok=True)
+        self._news.put(FilmNews(1.0, True, why_not, self._cancelled.is_set()))
+
+    def _run(self, command: list[str]) -> str:
+        """Follows the command; returns why it failed, or nothing."""
+        if self._cancelled.is_set():
+            return "cancelled"
+        last = ""
+        pipe = subprocess.PIPE
+        with subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=pipe, text=True) as process:
+            self._process = process
+            assert process.stderr is not None  # it was asked for
+            for line in process.stderr:
+                found = STEP.search(line)
+                if found:
+                    self._news.put(FilmNews(int(found[1]) / max(int(found[2]), 1)))
+                last = line.strip() or last
+        self._process = None
+        return last.removeprefix("error: ") if process.returncode else ""
+
+
+def write_request(folder: Path, scene: Scene, cameras: list[Camera], path: Path, look: Look) -> list[str]:
+    """Writes scene and camera path into a folder; returns the command line that makes the film.
+
+    Raises:
+        OutputError: when the folder cannot be written.
+    """
+    save_scene(scene, folder / "scene.wz")
+    frames = {"frames": [camera_to_json(camera) for camera in cameras]}
+    (folder / "path.json").write_text(json.dumps(frames), "utf-8")
+    command = [sys.executable, "-m", "wzviewer", "render", str(folder / "scene.wz"), "-o", str(path)]
+    return [*command, "--path", str(folder / "path.json"), *look_options(look)]
+
+
+def look_options(look: Look) -> list[str]:
+    """Returns the options of ``wzviewer render`` that draw a scene as the window does."""
+    options = ["--blend", look.blend] if look.blend != "transmittance" else []
+    options += [] if look.modulation else ["--no-modulation"]
+    return options + ([] if look.merged else ["--no-antialias"])

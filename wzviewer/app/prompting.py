@@ -1,0 +1,52 @@
+"""The prompt line: reads what is typed, offers known words, and refuses before the worker is asked."""
+
+from dataclasses import replace
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.services import Services
+from wzviewer.app.state import AppState
+from wzviewer.core.vocabulary import Reading, Vocabulary, read_prompt
+
+
+def edit_prompt(services: Services, state: AppState, command: cmd.EditPrompt) -> AppState:
+    """The prompt line holds another text; a refusal belongs to the text before."""
+    return with_prompt(state, command.text)
+
+
+def take_offer(services: Services, state: AppState, command: cmd.TakeOffer) -> AppState:
+    """Puts an offered prompt into the line."""
+    state = with_prompt(state, command.prompt)
+    return replace(state, panels=replace(state.panels, wants_prompt_focus=True))
+
+
+def choose_offer(services: Services, state: AppState, command: cmd.ChooseOffer) -> AppState:
+    """Marks another offer; after the last one comes the first."""
+    count = len(state.offers)
+    return replace(state, offer=(state.offer + command.step) % count if count else 0)
+
+
+def focus_prompt(services: Services, state: AppState, command: cmd.FocusPrompt) -> AppState:
+    """Puts the cursor into the prompt line."""
+    return replace(state, panels=replace(state.panels, wants_prompt_focus=command.is_wanted))
+
+
+def with_prompt(state: AppState, text: str) -> AppState:
+    """Returns the state with another text in the prompt line."""
+    reading = read_prompt(text, state.vocabulary)
+    return replace(state, prompt=text, refusal="", reading=reading, offer=0)
+
+
+def with_vocabulary(state: AppState, vocabulary: Vocabulary) -> AppState:
+    """Returns the state once the worker has said which words it knows."""
+    reading = read_prompt(state.prompt, vocabulary)
+    return replace(state, vocabulary=vocabulary, reading=reading, offer=0)
+
+
+def refusal_of(prompt: str, reading: Reading) -> str:
+    """Returns why a prompt cannot be asked for; empty when the worker has to say."""
+    if not reading.unknown:
+        return ""
+    first, last = reading.unknown[0]
+    near = ", ".join(offer.word for offer in reading.offers)
+    known = f" Known words nearest to it: {near}." if near else ""
+    return f"“{prompt[first:last]}” is not known.{known}"

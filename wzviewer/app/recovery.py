@@ -1,0 +1,50 @@
+"""Autosave, seen from the state: what is in no file is journalled, and asked for after a crash."""
+
+from dataclasses import replace
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.documents import with_scene
+from wzviewer.app.services import Services
+from wzviewer.app.state import AppState, View
+from wzviewer.core.camera import Camera
+
+
+def keep(services: Services, state: AppState) -> None:
+    """Tells the journal how things stand; called every frame."""
+    if state.is_dirty:
+        services.journal.keep(state.scene, state.name)
+    else:
+        services.journal.clear()
+
+
+def ask_to_recover(services: Services, state: AppState) -> AppState:
+    """Asks about levels that a crash left behind; called once, at the start."""
+    leftover = services.journal.leftover()
+    if leftover is None:
+        return state
+    return replace(state, leftover=leftover, panels=replace(state.panels, dialog="recover"))
+
+
+def settle_recovery(services: Services, state: AppState, command: cmd.SettleRecovery) -> AppState:
+    """Carries out the answer: opens the levels as a document that is not saved, or deletes them."""
+    leftover = state.leftover
+    state = replace(state, leftover=None, panels=replace(state.panels, dialog=""))
+    if leftover is None:
+        return state
+    if command.answer == "discard":
+        services.journal.discard(leftover)
+        return state
+    try:
+        scene = services.journal.recover(leftover)
+    except (OSError, ValueError) as error:
+        return state.with_toast(f"The levels could not be recovered: {error}.", "error")
+    width, height = state.view.camera.width, state.view.camera.height
+    view = View.at_home(Camera.initial(width, height), width, height)
+    name = leftover.name or "recovered"
+    fresh = replace(state, view=view, name=name, photo=None, job=None, goal=None, undone=())
+    fresh = with_scene(services, fresh, scene, path=None)
+    # In this order: the levels lie in a session of our own before the old one is deleted.
+    services.journal.keep(scene, name)
+    services.journal.discard(leftover)
+    count = "1 level" if len(scene) == 1 else f"{len(scene)} levels"
+    return replace(fresh, saved=(0, frozenset())).with_toast(f"Recovered {count} of {name}.", "done")
