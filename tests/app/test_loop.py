@@ -130,7 +130,7 @@ app.run(Path(sys.argv[1]), 20)
 app.do(cmd.Zoom(240.0, 180.0, 8.0))
 app.run(None, 20)
 Path(sys.argv[2]).write_bytes(encode_png(app.window.read_pixels()))
-assert len(app.state.scene) == 1, app.state.toasts
+assert len(app.state.scene) >= 1, app.state.toasts  # auto detail may have brought one more
 app.close()
 """
 

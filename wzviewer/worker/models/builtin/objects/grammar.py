@@ -94,13 +94,14 @@ class Edit:
 
 def vocabulary() -> Vocabulary:
     """Returns the words that `parse` knows, for completion while one types."""
+    objects = known_words()["objects"]
     return Vocabulary(
-        objects=tuple(BUILDERS),
-        synonyms=tuple(name for name in NAMES if name not in BUILDERS),
-        qualities=tuple(dict.fromkeys((*_QUALITIES, *COUNTS))),
+        objects=objects,
+        synonyms=tuple(name for name in (*NAMES, *PLURALS) if name not in objects),
+        qualities=tuple(dict.fromkeys((*_QUALITIES, *COUNTS, *CHANGES, *AMOUNTS))),
         places=tuple(dict.fromkeys(("petal", "leaf", "flower", "stem", "stone", *sorted(SURFACES), *WHERE))),
         prepositions=tuple(sorted(PREPOSITIONS)),
-        fillers=tuple(sorted(_ARTICLES | VERBS)),
+        fillers=tuple(sorted({*_ARTICLES, *VERBS, *ADJECTIVES, *FILLERS, *JOINTS})),
         file_suffixes=IMAGE_SUFFIXES,
     )
 
