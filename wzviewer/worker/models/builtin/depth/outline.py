@@ -13,9 +13,9 @@ import numpy as np
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 
 UNIT_HEIGHT = 720.0  # the lengths below are for a picture of this height
-SURE_PX, REACH_PX, THIN_PX, SKIRT_PX, FRINGE_PX = 10, 60, 24, 4, 40
+SURE_PX, REACH_PX, THIN_PX, SKIRT_PX, FRINGE_PX, HALO_PX = 10, 60, 24, 4, 40, 4
 SPREAD = (9.0, 5.0, 5.0)  # of the sky's own colour, 8-bit Lab, at the least
-UNLIKE, LIKE, OUTLIER = 3.2, 1.6, 2.5  # Mahalanobis distances
+UNLIKE, LIKE, OUTLIER, BLURRED = 3.2, 1.6, 2.5, 2.3  # Mahalanobis distances
 CLEARLY = 1.5
 SAME, ALLOWED = 2.0, 0.2  # distance and belief with which the sky spreads
 SHRINK = 4  # the colour model is smooth
@@ -37,6 +37,10 @@ def regrow(mask: BoolArray, image: ByteArray) -> BoolArray:
     lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB).astype(np.float32)
     distance = unlike_sky(lab, mask, unit)
     grown = _grown(mask, mask & (distance > UNLIKE), unit)
+    near = _distance_to(~mask | grown) <= HALO_PX * unit
+    grown |= _joined(
+        mask & near & (distance > BLURRED), ~mask | grown
+    )  # the blurred edge stays with its thing
     mask = mask & ~grown
     ground = unlike_sky(lab, ~mask, unit)
     like = ~mask & ~grown & (distance < LIKE) & (ground > distance)
