@@ -72,3 +72,13 @@ def test_every_target_is_covered_and_waves_do_not_overlap():
         for j in range(i):
             if np.abs(centres[i] - centres[j]).max() <= 2 * radius:
                 assert wave[i] > wave[j]  # what overlaps keeps its order
+
+
+def test_without_anything_known_around_it_a_hole_is_filled_from_the_source():
+    rng = np.random.default_rng(0)
+    source = rng.random((64, 80, 3), dtype=np.float32)
+    nothing, target = np.zeros((64, 80), bool), np.zeros((64, 80), bool)
+    target[20:40, 30:50] = True
+    flat, origin = np.zeros((64, 80), np.float32), np.zeros((64, 80, 2), np.int32)
+    image, _ = fill(FillTask(source, nothing, target, source, ~target, flat, flat, origin), FillRule(), 0)
+    assert np.isfinite(image).all()

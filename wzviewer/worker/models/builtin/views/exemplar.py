@@ -145,6 +145,7 @@ def _planes(task: FillTask, guide: FloatArray | None) -> Planes:
 def _centres(task: FillTask, radius_px: int) -> IntArray:
     """Returns patch centres (n, 2): outside in, in thin rings of scattered order."""
     distance = cv2.distanceTransform((~task.known).astype(np.uint8), cv2.DIST_L2, 3)
+    distance = np.minimum(distance, np.float32(sum(distance.shape)))  # endless where nothing is known
     rows, columns = np.nonzero(task.target)
     ring = (distance[rows, columns] / max(1.0, radius_px / 2)).astype(np.int64)
     scatter = (rows * 73856093 ^ columns * 19349663) * 2654435761 % (1 << 20)
