@@ -30,7 +30,7 @@ def draw_scale_bar(state: AppState, ui: Ui) -> None:
         draw = imgui.get_window_draw_list()
         x, y, tick = rect.x + ui.pt(2), rect.bottom - ui.pt(9), ui.pt(6)
         points = ((x, y - tick), (x, y), (x + bar.width_px, y), (x + bar.width_px, y - tick))
-        for color, width in ((theme.SHADE, 4.0), (theme.TEXT, 1.6)):
+        for color, width in ((theme.SHADE, 4.0), (theme.ON_PICTURE, 1.6)):
             for a, b in pairwise(points):
                 draw.add_line(a, b, u32(color), ui.pt(width))
         with face(ui.fonts.regular, theme.SMALL_PT):
@@ -48,7 +48,7 @@ def draw_status(state: AppState, ui: Ui) -> None:
         line = _line(state)
         with face(ui.fonts.regular, theme.SMALL_PT):
             width = imgui.calc_text_size(line).x
-            shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(47)), line, theme.TEXT)
+            shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(47)), line, theme.ON_PICTURE)
 
 
 def _line(state: AppState) -> str:
@@ -63,7 +63,7 @@ def _about(state: AppState) -> str:
     return state.name if count == 1 else f"{state.name} · {count} levels"
 
 
-def shadowed(ui: Ui, at: tuple[float, float], text: str, color: theme.Rgba = theme.TEXT) -> None:
+def shadowed(ui: Ui, at: tuple[float, float], text: str, color: theme.Rgba = theme.ON_PICTURE) -> None:
     """Text straight on the picture, readable on any."""
     draw = imgui.get_window_draw_list()
     for dx, dy, alpha in ((0, 1, 0.9), (0, -1, 0.5), (1, 0, 0.6), (-1, 0, 0.6)):
