@@ -188,6 +188,7 @@ def _set_colors(style: imgui.Style, palette: Palette) -> None:
         (C.text_selected_bg, (*palette.accent[:3], 0.35)),
         (C.input_text_cursor, palette.accent),
         (C.check_mark, palette.accent),
+        (C.checkbox_selected_bg, palette.pressed),
         (C.modal_window_dim_bg, palette.shade),
         (C.nav_cursor, clear),
     ):

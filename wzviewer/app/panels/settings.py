@@ -14,7 +14,7 @@ from wzviewer.app.state import AppState
 WIDTH_PT = 300.0
 THEMES = (("Dark", "dark"), ("Light", "light"))
 SIZES = (("Small", 14.0), ("Normal", 16.0), ("Large", 18.0), ("Huge", 20.0))
-RASTERIZERS = (("Auto", "auto"), ("Graphics card", "shaders"), ("Processor", "kernels"))
+RASTERIZERS = (("Auto", "auto"), ("Graphics", "shaders"), ("Processor", "kernels"))
 
 
 def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
