@@ -73,6 +73,8 @@ class App:
         self._hand = Hand()
         self._thumbnails = Thumbnails(window.context)
         self._backdrop: ByteArray | None = None
+        self._path: Path | None = None
+        self._had_leftover = self.state.leftover is not None
         self._title = ""
         self._style = ("dark", window.scale)
 
@@ -83,8 +85,8 @@ class App:
             path: photo or scene to begin with.
             frames: stop after so many; None runs until the window is closed.
         """
-        if path is not None:
-            self.do(cmd.Open(path))  # lines 1-3: E_0 <- ReconstructScene(I_0, C_0), C_render <- C_0
+        self._path = path or self._path
+        self._open_first()  # lines 1-3: E_0 <- ReconstructScene(I_0, C_0), C_render <- C_0
         count = 0
         while not self.state.is_closing and (frames is None or count < frames):  # lines 4, 5 and 9
             self._restyle()
@@ -95,6 +97,14 @@ class App:
             self.window.show()
             self.do(*commands)  # line 8: C_render <- UserCameraControl(), and all else that was asked
             count += 1
+
+    def _open_first(self) -> None:
+        """Opens what the app was started with; the question about a crash comes first."""
+        if self._path is None or self.state.panels.dialog == "recover":
+            return
+        path, self._path = self._path, None
+        if not (self._had_leftover and self.state.has_document):  # else that was recovered
+            self.do(cmd.Open(path))
 
     def do(self, *commands: cmd.Command) -> None:
         """Carries out commands."""
@@ -121,6 +131,7 @@ class App:
     def _tick(self, pulse: Pulse) -> None:
         """Time passes: motions, the worker's events, the window's."""
         self.state = replace(self.state, now_s=self.state.now_s + pulse.dt_s)
+        self._open_first()
         self.state = advance(self.state, pulse.dt_s)
         self.state = drain(self.services, self.state, POLL_BUDGET_S)
         for kind, path in self.services.dialogs.poll():
