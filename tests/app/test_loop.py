@@ -4,14 +4,16 @@ import importlib.util
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.app.fakes import FakeClient, FakeDialogs, checker
+from tests.app.fakes import FakeClient, FakeDialogs, checker, make_scene
 from wzviewer.app import commands as cmd
+from wzviewer.app.journal import JournalFolder
 from wzviewer.app.look import Look
 from wzviewer.app.loop import App
 from wzviewer.app.services import Services
@@ -158,3 +160,25 @@ def test_false_colours_of_a_scene(app, photo):
     assert all(np.abs(a - b).mean() > 10.0 for a, b in combinations(pictures, 2))  # measured 26 and more
     hues = pictures[1] / pictures[1].max(1, keepdims=True)
     assert hues.std(0).max() < 0.2  # one level, one hue: measured 0.06
+
+
+@pytest.mark.parametrize("answer", ["recover", "discard"])
+def test_the_question_after_a_crash_comes_before_the_file(photo, tmp_path, answer):
+    left = JournalFolder(tmp_path / "journal", "crashed")
+    left.keep(make_scene(2), "lost.png")
+    left.wait()
+    left._lock.close()
+    try:
+        window = OffscreenWindow((640, 480))
+    except ContextError as error:
+        pytest.skip(f"no EGL here: {error}")
+    app = App(window, FakeClient(), journal=JournalFolder(tmp_path / "journal", "own"))
+    app.services = replace(app.services, dialogs=FakeDialogs())
+    app.run(photo, 3)
+    assert not app.state.has_document
+    app.do(cmd.SettleRecovery(answer))
+    app.run(None, 2)
+    assert app.state.name == ("lost.png" if answer == "recover" else "photo.png")
+    app.run(None, 10)
+    app.close()
+    assert list((tmp_path / "journal").glob("*/*.level")) == []  # a clean end

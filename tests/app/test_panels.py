@@ -8,13 +8,14 @@ from imgui_bundle import imgui
 
 from tests.app.fakes import WORDS, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
-from wzviewer.app.apply import apply
+from wzviewer.app.apply import apply, drain
 from wzviewer.app.journal import Leftover
 from wzviewer.app.keys import BINDINGS
 from wzviewer.app.layout import arrange
 from wzviewer.app.panels.help import COLUMNS, rows_of
 from wzviewer.app.panels.tree import title_of, tree_rows
 from wzviewer.app.prompting import with_prompt, with_vocabulary
+from wzviewer.app.settings import Settings
 from wzviewer.app.state import Film, Job, Panels, StageNote, empty_state
 
 CENTRE = (640, 400)
@@ -42,6 +43,8 @@ STATES = {
     "keep": lambda: replace(
         state_with(make_scene(2)), panels=Panels(keep=True), film=Film(Path("a/b.mp4"), 0.0, 0.4)
     ),
+    "settings": lambda: replace(state_with(make_scene(2)), panels=Panels(settings=True)),
+    "failed": lambda: state_with(make_scene(2)).with_toast("It failed.", "error", "Traceback " * 30, ""),
     "path": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="save", dialog_path="/x")),
 }
 
@@ -212,3 +215,57 @@ def test_an_unknown_word_is_refused_before_the_worker_is_asked():
     state = apply(services, state, [cmd.Generate()])
     assert "“dragon” is not known" in state.refusal
     assert services.client.calls == []
+
+
+def test_a_failure_offers_details_and_retry(screen):
+    state = replace(state_with(make_scene(1)).with_toast("It failed.", "error", "why", "a bird"), now_s=1.0)
+    rect = arrange(1280, 800, 1.0).toasts
+    y = rect.y + 12 + 16 + 7 + 12
+    assert screen.click(state, rect.x + 40, y) == [cmd.ExpandToast("It failed.")]
+    assert screen.click(state, rect.x + 110, y) == [cmd.Retry("It failed.")]
+    shown = apply(fake_services(), state, [cmd.ExpandToast("It failed.")])
+    assert shown.toasts[0].is_alive(1e6)
+    screen.frame(shown)
+
+
+def test_retry_asks_again_with_the_same_words():
+    services = fake_services()
+    services.client.fails = True
+    state = state_with(make_scene(1))
+    services.client.load(state.scene)
+    camera = state.view.camera.zoomed(320.0, 210.0, 8.0)
+    state = state.with_view(replace(state.view, camera=camera))
+    state = apply(services, state, [cmd.EditPrompt("a bird"), cmd.Generate()])
+    state = drain(services, state, 0.0)
+    (toast,) = state.toasts
+    assert (toast.retry, toast.kind) == ("a bird", "error")
+    services.client.fails = False
+    state = apply(services, state, [cmd.EditPrompt(""), cmd.Retry(toast.text)])
+    assert state.job.prompt == "a bird"
+    assert state.toasts == ()
+
+
+def test_settings_change_at_once_and_are_kept(screen):
+    state = replace(state_with(make_scene(1)), panels=Panels(settings=True))
+    bar = arrange(1280, 800, 1.0).toolbar
+    commands = screen.click(state, bar.x + 14 + 210, bar.bottom + 8 + 12 + 16 + 7 + 14 + 7 + 12)
+    assert commands == [cmd.ChangeSettings(Settings(theme="light"))]
+    assert apply(fake_services(), state, commands).settings.theme == "light"
+
+
+def test_reduced_motion_jumps():
+    services = fake_services()
+    state = replace(state_with(make_scene(2)), settings=Settings(reduced_motion=True))
+    there = apply(services, state, [cmd.GoToLevel(1)])
+    assert there.view.flight is None
+    assert there.view.magnification == pytest.approx(8.0, rel=0.3)
+    closer = apply(services, state, [cmd.Zoom(320.0, 210.0, 1.0)])
+    assert closer.view.spring.is_resting
+    assert closer.view.camera.focal_px > state.view.camera.focal_px
+
+
+def test_one_panel_at_a_time_below_the_toolbar():
+    state = apply(fake_services(), state_with(make_scene(1)), [cmd.Toggle("keep"), cmd.Toggle("settings")])
+    assert state.panels.settings
+    assert not state.panels.keep
+    assert not apply(fake_services(), state, [cmd.Escape()]).panels.settings

@@ -17,6 +17,7 @@ from wzviewer.worker.client import (
     WorkerLost,
     WorkerStarted,
 )
+from wzviewer.worker.models.builtin.objects import grammar
 
 START_LIMIT_S = 300.0  # a cold machine compiles every kernel here
 LEVEL_LIMIT_S = 300.0
@@ -43,7 +44,7 @@ class Session:
     def __init__(self):
         self.client = WorkerClient()
         self.client.start()
-        self.wait_for(WorkerStarted, START_LIMIT_S)
+        self.started = self.wait_for(WorkerStarted, START_LIMIT_S)
         self.scene = Scene()
 
     def wait_for(self, kind, limit_s=LEVEL_LIMIT_S, when=lambda e: True):
@@ -91,6 +92,10 @@ def test_a_level_is_previewed_refined_and_finished(session):
     assert level.notes["consistency_db"] >= 40.0
     assert np.isfinite(level.relief).all()
     assert len(level.surfels) >= 160 * 112
+
+
+def test_a_worker_that_is_ready_says_which_words_it_knows(session):
+    assert session.started.vocabulary == grammar.vocabulary()
 
 
 @pytest.mark.parametrize("stage", [1, 2, 3, 4, 5])

@@ -7,9 +7,13 @@
     worker ── events ──► AppState ◄── apply ◄── commands (frozen, imperative)
       ▲                     │          │
       │                     │          ├─ viewing      zoom, orbit, pan, fly, fly-to        line 8
+      │                     │          ├─ trail        back and forward
       └─ requests ──────────┼──────────┼─ generation   E_0, E_{i+1}, cancel                 lines 1, 10
-                            │          ├─ documents    open, save, close
-                            │          └─ history      undo and redo: hide and show
+                            │          ├─ prompting    known words, refusal;  auto  asks by itself
+                            │          ├─ documents    open, save, close;  recovery  autosave
+                            │          ├─ keeping      picture, command, film
+                            │          ├─ history      undo and redo: hide and show
+                            │          └─ preferring   settings;  notices  details and retry
                             ▼
                    renderer.render(scene, camera) ──► window                                lines 6-7
 

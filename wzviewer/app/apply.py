@@ -16,6 +16,8 @@ from wzviewer.app import (
     generation,
     history,
     keeping,
+    notices,
+    preferring,
     prompting,
     recovery,
     trail,
@@ -27,12 +29,15 @@ from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 
 LOG = logging.getLogger(__name__)
+EXCLUSIVE: frozenset[str] = frozenset({"keep", "settings"})  # panels in one place
 Handler = Callable[[Services, AppState, Any], AppState]
 
 
 def toggle(services: Services, state: AppState, command: cmd.Toggle) -> AppState:
     """Shows or hides a panel."""
     changes: dict[str, Any] = {command.panel: not getattr(state.panels, command.panel)}
+    for other in EXCLUSIVE - {command.panel} if command.panel in EXCLUSIVE else ():
+        changes[other] = False
     return replace(state, panels=replace(state.panels, **changes))
 
 
@@ -54,18 +59,13 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
     panels = state.panels
     if panels.dialog:
         return replace(state, after=None, panels=replace(panels, dialog="", dialog_path=""))
-    if panels.keep:
-        return replace(state, panels=replace(panels, keep=False))
+    if panels.keep or panels.settings:
+        return replace(state, panels=replace(panels, keep=False, settings=False))
     if panels.help:
         return replace(state, panels=replace(panels, help=False))
     if state.job is not None or state.goal is not None:
         return generation.cancel(services, state, cmd.CancelJob())
     return replace(state, refusal="", view=replace(state.view, flight=None))
-
-
-def dismiss(services: Services, state: AppState, command: cmd.DismissToast) -> AppState:
-    """Removes a notice."""
-    return replace(state, toasts=tuple(t for t in state.toasts if t.text != command.text))
 
 
 HANDLERS: dict[type[cmd.Command], Handler] = {
@@ -110,7 +110,10 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.Escape: escape,
     cmd.EditPath: documents.edit_path,
     cmd.ConfirmPath: answers.confirm_path,
-    cmd.DismissToast: dismiss,
+    cmd.DismissToast: notices.dismiss,
+    cmd.ExpandToast: notices.expand,
+    cmd.Retry: notices.retry,
+    cmd.ChangeSettings: preferring.change_settings,
 }
 
 

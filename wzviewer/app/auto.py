@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.generation import plan_level, request
+from wzviewer.app.preferring import with_settings
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal
 
@@ -47,10 +48,6 @@ def is_waiting(state: AppState) -> bool:
 def toggle_auto(services: Services, state: AppState, command: cmd.ToggleAuto) -> AppState:
     """Switches auto detail on or off, and says so."""
     is_on = not state.settings.auto_detail
-    settings = replace(state.settings, auto_detail=is_on)
-    complaint = services.store.save(settings)
-    state = replace(state, settings=settings, asked_for=None)
-    if complaint:
-        state = state.with_toast(complaint, "error")
+    state = with_settings(services, state, replace(state.settings, auto_detail=is_on))
     what = "on: rest anywhere closer, and it appears" if is_on else "off: Enter asks for it"
     return state.with_toast(f"Auto detail is {what}.")

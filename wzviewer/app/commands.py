@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Literal
 
 from wzviewer.app.look import Look
+from wzviewer.app.settings import Settings
 
-Panel = Literal["tree", "statistics", "help", "keep"]
+Panel = Literal["tree", "statistics", "help", "keep", "settings"]
 
 
 @dataclass(frozen=True)
@@ -274,6 +275,13 @@ class Escape(Command):
 
 
 @dataclass(frozen=True)
+class ChangeSettings(Command):
+    """Prefer something else, from now on and at the next start."""
+
+    settings: Settings
+
+
+@dataclass(frozen=True)
 class EditPath(Command):
     """The path line of the text dialog holds another text."""
 
@@ -283,6 +291,20 @@ class EditPath(Command):
 @dataclass(frozen=True)
 class ConfirmPath(Command):
     """Take the path of the text dialog."""
+
+
+@dataclass(frozen=True)
+class ExpandToast(Command):
+    """Show or hide the details of a notice, which then stays."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Retry(Command):
+    """Ask again for what a notice says has failed."""
+
+    text: str
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from wzviewer.core.types import ByteArray
 from wzviewer.gl.context import GlContext
 from wzviewer.gl.frame import Frame, FrameStats, Output, RenderSettings
 from wzviewer.gl.present import Presenter
-from wzviewer.gl.renderer import SurfelRenderer
+from wzviewer.gl.renderer import RasterizerName, SurfelRenderer
 from wzviewer.gl.timing import FrameTimer
 
 UPLOAD_BYTES = 4 << 20  # to the renderer in a frame, so that an arriving level costs no stutter
@@ -58,10 +58,16 @@ class SceneDrawing:
     Args:
         context: to draw in.
         settings: of all pictures.
+        rasterizer: who draws.
     """
 
-    def __init__(self, context: GlContext, settings: RenderSettings | None = None) -> None:
-        self._renderer = SurfelRenderer(context, patient=False)
+    def __init__(
+        self,
+        context: GlContext,
+        settings: RenderSettings | None = None,
+        rasterizer: RasterizerName = "auto",
+    ) -> None:
+        self._renderer = SurfelRenderer(context, rasterizer, patient=False)
         self._settings = settings or RenderSettings(background=BACKGROUND)
         self.target_s = SOFTWARE_TARGET_S if context.is_software else TARGET_S
         self._picture: tuple[tuple[object, ...], Frame | ColoredFrame] | None = None

@@ -271,7 +271,9 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     line = _sentence(event)
     if event.bad_input and len(state.scene):
         return replace(state, refusal=line)
-    return state.with_toast(line, "error")
+    can_retry = job is not None and not job.is_auto and not event.bad_input
+    retry = job.prompt if can_retry and job is not None else None
+    return state.with_toast(line, "error", event.detail, retry)
 
 
 def _sentence(event: ev.LevelDropped) -> str:

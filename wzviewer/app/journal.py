@@ -209,8 +209,8 @@ class JournalFolder:
         if isinstance(what, Path):
             shutil.rmtree(what, ignore_errors=True)
             return
+        self._own.mkdir(parents=True, exist_ok=True)
         if self._lock is None:
-            self._own.mkdir(parents=True, exist_ok=True)
             self._lock = (self._own / LOCK).open("wb")
             _hold(self._lock)
         if isinstance(what, Level):

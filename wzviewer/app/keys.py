@@ -69,6 +69,8 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
     Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),
     Binding("F3", "Look behind, statistics", "Panels", (K.f3,), lambda: cmd.Toggle("statistics")),
+    Binding(f"{MODIFIER} ,", "Settings", "Panels", (K.comma,), lambda: cmd.Toggle("settings"), True),
+    Binding("K", "Keep: picture, film, command", "Panels", (K.k,), lambda: cmd.Toggle("keep")),
     Binding("F1", "This help", "Panels", (K.f1,), lambda: cmd.Toggle("help")),
     Binding(f"{MODIFIER} Q", "Close", "File", (K.q,), cmd.Close, ctrl=True),
 )

@@ -6,7 +6,7 @@ MARGIN_PT = 14.0
 BAR_PT = 46.0  # height of toolbar, prompt and status
 SIDE_PT = 236.0  # width of the tree
 CORNER_PT = 190.0  # width that the scale bar and the status need
-TOOLBAR_PT = 367.0
+TOOLBAR_PT = 403.0
 PROMPT_PT = (300.0, 620.0)  # narrowest and widest
 NARROW_PT = 2 * CORNER_PT + PROMPT_PT[0] + 4 * MARGIN_PT  # below it the prompt stands above the corners
 

@@ -24,6 +24,7 @@ from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
 from wzviewer.app.settings import NoStore, SettingsFile, Store
 from wzviewer.app.state import empty_state
+from wzviewer.app.theme import BODY_PT, PALETTES, restyle
 from wzviewer.app.thumbnails import Thumbnails
 from wzviewer.app.viewing import advance, refocus
 from wzviewer.app.window import GlfwWindow, OffscreenWindow, Pulse, Window
@@ -32,6 +33,7 @@ from wzviewer.core.types import ByteArray
 from wzviewer.errors import WzError
 from wzviewer.worker.client import WorkerClient
 
+SMALLEST_PT = (480.0, 360.0)  # window that all panels fit into
 SHOWN_FRAMES = 120  # in the plot of frame times
 POLL_BUDGET_S = 0.004  # of a frame, for what the worker sends
 
@@ -59,7 +61,7 @@ class App:
         self.window = window
         store = store or NoStore()
         settings, complaint = store.load()
-        renderer = renderer or SceneDrawing(window.context)
+        renderer = renderer or SceneDrawing(window.context, rasterizer=settings.rasterizer)
         self.services = Services(client, renderer, SystemDialogs(), store, journal or NoJournal())
         self.state = replace(empty_state(*window.size_px), settings=settings)
         if complaint:
@@ -71,7 +73,10 @@ class App:
         self._hand = Hand()
         self._thumbnails = Thumbnails(window.context)
         self._backdrop: ByteArray | None = None
+        self._path: Path | None = None
+        self._had_leftover = self.state.leftover is not None
         self._title = ""
+        self._style = ("dark", window.scale)
 
     def run(self, path: Path | None = None, frames: int | None = None) -> None:
         """Algorithm 1, lines 1-9.
@@ -80,10 +85,11 @@ class App:
             path: photo or scene to begin with.
             frames: stop after so many; None runs until the window is closed.
         """
-        if path is not None:
-            self.do(cmd.Open(path))  # lines 1-3: E_0 <- ReconstructScene(I_0, C_0), C_render <- C_0
+        self._path = path or self._path
+        self._open_first()  # lines 1-3: E_0 <- ReconstructScene(I_0, C_0), C_render <- C_0
         count = 0
         while not self.state.is_closing and (frames is None or count < frames):  # lines 4, 5 and 9
+            self._restyle()
             pulse = self.window.begin(self._wait_s())
             self._tick(pulse)  # line 32, seen from here: E_{i+1} has come; and the motions go on
             commands = self._panels()
@@ -91,6 +97,14 @@ class App:
             self.window.show()
             self.do(*commands)  # line 8: C_render <- UserCameraControl(), and all else that was asked
             count += 1
+
+    def _open_first(self) -> None:
+        """Opens what the app was started with; the question about a crash comes first."""
+        if self._path is None or self.state.panels.dialog == "recover":
+            return
+        path, self._path = self._path, None
+        if not (self._had_leftover and self.state.has_document):  # else that was recovered
+            self.do(cmd.Open(path))
 
     def do(self, *commands: cmd.Command) -> None:
         """Carries out commands."""
@@ -105,9 +119,19 @@ class App:
         self.services.renderer.close()
         self.window.close()
 
+    def _restyle(self) -> None:
+        """Takes over theme and size of the text, as far as the window has room for it."""
+        settings, width_px = self.state.settings, self.window.size_px
+        largest = min(width_px[0] / SMALLEST_PT[0], width_px[1] / SMALLEST_PT[1])
+        scale = min(self.window.scale * settings.font_pt / BODY_PT, max(largest, self.window.scale))
+        if self._style != (settings.theme, scale):
+            self._style = (settings.theme, scale)
+            restyle(scale, PALETTES[settings.theme])
+
     def _tick(self, pulse: Pulse) -> None:
         """Time passes: motions, the worker's events, the window's."""
         self.state = replace(self.state, now_s=self.state.now_s + pulse.dt_s)
+        self._open_first()
         self.state = advance(self.state, pulse.dt_s)
         self.state = drain(self.services, self.state, POLL_BUDGET_S)
         for kind, path in self.services.dialogs.poll():
@@ -157,10 +181,11 @@ class App:
         shown |= ({"photo"} if photo else set()) | ({"start"} if backdrop else set())
         thumbnails.keep_only(shown)
         statistics = {**self._timing(), **self.services.renderer.statistics()} if len(state.scene) else {}
-        layout = arrange(size.x, size.y, self.window.scale)
+        layout = arrange(size.x, size.y, self._style[1])
         pictures = (thumbnails.of_scene(state.scene), photo, backdrop)
         target_ms = 1e3 * self.services.renderer.target_s
-        return Ui(layout, self.window.fonts, *pictures, statistics, tuple(self._times_ms), target_ms)
+        numbers = (statistics, tuple(self._times_ms), target_ms)
+        return Ui(layout, self.window.fonts, *pictures, *numbers, PALETTES[self._style[0]])
 
     def _start_picture(self) -> ByteArray | None:
         if self._backdrop is None and (path := demo_photo()) is not None:

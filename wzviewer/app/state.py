@@ -30,15 +30,27 @@ REST_S = 0.2  # without motion, before the picture is refined
 
 @dataclass(frozen=True)
 class Toast:
-    """A short notice that goes by itself."""
+    """A short notice that goes by itself, unless its details are shown.
+
+    Attributes:
+        text: one or two sentences.
+        kind: what it is about.
+        born_s: when it appeared, s.
+        details: more, such as a traceback; empty when there is no more.
+        retry: what can be asked for again: a prompt, or None.
+        is_expanded: whether the details are shown.
+    """
 
     text: str
     kind: ToastKind
     born_s: float
+    details: str = ""
+    retry: str | None = None
+    is_expanded: bool = False
 
     def is_alive(self, now_s: float) -> bool:
         """Whether it is still shown."""
-        return now_s - self.born_s < TOAST_S[self.kind]
+        return self.is_expanded or now_s - self.born_s < TOAST_S[self.kind]
 
 
 @dataclass(frozen=True)
@@ -169,6 +181,7 @@ class Panels:
     statistics: bool = False
     help: bool = False
     keep: bool = False
+    settings: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
     wants_prompt_focus: bool = False
@@ -287,10 +300,12 @@ class AppState:
         """Whether the picture moves, or did a moment ago."""
         return self.view.is_moving or self.now_s - self.view.moved_s < REST_S
 
-    def with_toast(self, text: str, kind: ToastKind = "info") -> "AppState":
+    def with_toast(
+        self, text: str, kind: ToastKind = "info", details: str = "", retry: str | None = None
+    ) -> "AppState":
         """Returns the state with one more notice; an equal one is renewed."""
         others = tuple(t for t in self.toasts if t.text != text)
-        return replace(self, toasts=(*others, Toast(text, kind, self.now_s))[-4:])
+        return replace(self, toasts=(*others, Toast(text, kind, self.now_s, details, retry))[-4:])
 
     def with_view(self, view: View) -> "AppState":
         """Returns the state with another view; notes when the camera moved."""

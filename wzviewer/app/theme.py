@@ -11,19 +11,75 @@ from imgui_bundle import imgui
 
 Rgba = tuple[float, float, float, float]
 
-TEXT: Rgba = (0.93, 0.94, 0.95, 1.0)
-MUTED: Rgba = (0.93, 0.94, 0.95, 0.58)
-FAINT: Rgba = (0.93, 0.94, 0.95, 0.14)
-ACCENT: Rgba = (0.96, 0.74, 0.42, 1.0)
-ON_ACCENT: Rgba = (0.12, 0.09, 0.05, 1.0)
-PANEL: Rgba = (0.055, 0.060, 0.070, 0.80)
-SOLID: Rgba = (0.075, 0.080, 0.092, 0.98)
-FIELD: Rgba = (1.0, 1.0, 1.0, 0.07)
-HOVER: Rgba = (1.0, 1.0, 1.0, 0.12)
-PRESSED: Rgba = (1.0, 1.0, 1.0, 0.18)
-DONE: Rgba = (0.55, 0.82, 0.62, 1.0)
-ERROR: Rgba = (0.98, 0.56, 0.50, 1.0)
-SHADE: Rgba = (0.0, 0.0, 0.0, 0.55)
+
+@dataclass(frozen=True)
+class Palette:
+    """Colours of the panels.
+
+    Attributes:
+        text: of everything that is read first.
+        muted: of the rest.
+        faint: thin lines.
+        accent: what is chosen or waits to be pressed.
+        on_accent: text on it.
+        panel: behind panels; the picture shines through.
+        solid: behind popups.
+        field: behind lines of text and buttons.
+        hover: the same under the cursor.
+        pressed: the same under the finger.
+        done: of good news.
+        error: of bad news.
+        shade: over all that is not in front.
+    """
+
+    text: Rgba
+    muted: Rgba
+    faint: Rgba
+    accent: Rgba
+    on_accent: Rgba
+    panel: Rgba
+    solid: Rgba
+    field: Rgba
+    hover: Rgba
+    pressed: Rgba
+    done: Rgba
+    error: Rgba
+    shade: Rgba
+
+
+DARK = Palette(
+    text=(0.93, 0.94, 0.95, 1.0),
+    muted=(0.93, 0.94, 0.95, 0.58),
+    faint=(0.93, 0.94, 0.95, 0.14),
+    accent=(0.96, 0.74, 0.42, 1.0),
+    on_accent=(0.12, 0.09, 0.05, 1.0),
+    panel=(0.055, 0.060, 0.070, 0.80),
+    solid=(0.075, 0.080, 0.092, 0.98),
+    field=(1.0, 1.0, 1.0, 0.07),
+    hover=(1.0, 1.0, 1.0, 0.12),
+    pressed=(1.0, 1.0, 1.0, 0.18),
+    done=(0.55, 0.82, 0.62, 1.0),
+    error=(0.98, 0.56, 0.50, 1.0),
+    shade=(0.0, 0.0, 0.0, 0.55),
+)
+LIGHT = Palette(
+    text=(0.10, 0.11, 0.13, 1.0),
+    muted=(0.10, 0.11, 0.13, 0.68),
+    faint=(0.10, 0.11, 0.13, 0.18),
+    accent=(0.70, 0.38, 0.04, 1.0),
+    on_accent=(1.0, 0.99, 0.97, 1.0),
+    panel=(0.97, 0.97, 0.96, 0.88),
+    solid=(0.98, 0.98, 0.97, 0.99),
+    field=(0.0, 0.0, 0.0, 0.06),
+    hover=(0.0, 0.0, 0.0, 0.11),
+    pressed=(0.0, 0.0, 0.0, 0.18),
+    done=(0.10, 0.48, 0.22, 1.0),
+    error=(0.75, 0.14, 0.10, 1.0),
+    shade=(0.0, 0.0, 0.0, 0.45),
+)
+PALETTES = {"dark": DARK, "light": LIGHT}
+ON_PICTURE: Rgba = DARK.text  # with a shadow: readable on any
+SHADE: Rgba = DARK.shade
 
 BODY_PT, SMALL_PT, HEAD_PT, TITLE_PT = 16.0, 13.5, 18.0, 34.0
 ROUNDING_PT = 10.0
@@ -48,13 +104,23 @@ def apply_theme(scale: float) -> Fonts:
     Args:
         scale: imgui units per point: the content scale over the framebuffer scale.
     """
+    imgui.get_style().scale_all_sizes(scale)  # once, for what is not set below
+    restyle(scale, DARK)
+    return Fonts(_load("Roboto-Regular.ttf"), _load("Roboto-Bold.ttf"))
+
+
+def restyle(scale: float, palette: Palette) -> None:
+    """Sets sizes and colours, between two frames.
+
+    Args:
+        scale: imgui units per point.
+        palette: of the panels.
+    """
     style = imgui.get_style()
-    _set_shape(style)
-    _set_colors(style)
-    style.scale_all_sizes(scale)
+    _set_shape(style, scale)
+    _set_colors(style, palette)
     style.font_size_base = BODY_PT
     style.font_scale_dpi = scale
-    return Fonts(_load("Roboto-Regular.ttf"), _load("Roboto-Bold.ttf"))
 
 
 def u32(color: Rgba, alpha: float = 1.0) -> int:
@@ -78,48 +144,52 @@ def _load(name: str) -> imgui.ImFont:
     return font
 
 
-def _set_shape(style: imgui.Style) -> None:
-    style.window_padding = imgui.ImVec2(14.0, 12.0)
-    style.frame_padding = imgui.ImVec2(10.0, 7.0)
-    style.item_spacing = imgui.ImVec2(8.0, 7.0)
-    style.item_inner_spacing = imgui.ImVec2(7.0, 5.0)
-    style.window_rounding = ROUNDING_PT
-    style.child_rounding = style.popup_rounding = style.frame_rounding = 7.0
+def _set_shape(style: imgui.Style, scale: float) -> None:
+    def pair(x_pt: float, y_pt: float) -> imgui.ImVec2:
+        return imgui.ImVec2(round(x_pt * scale), round(y_pt * scale))
+
+    style.window_padding = pair(14.0, 12.0)
+    style.frame_padding = pair(10.0, 7.0)
+    style.item_spacing = pair(8.0, 7.0)
+    style.item_inner_spacing = pair(7.0, 5.0)
+    style.window_rounding = ROUNDING_PT * scale
+    style.child_rounding = style.popup_rounding = style.frame_rounding = 7.0 * scale
     style.window_border_size = style.popup_border_size = style.frame_border_size = 0.0
     style.child_border_size = 0.0
-    style.scrollbar_size, style.scrollbar_rounding = 8.0, 4.0
+    style.scrollbar_size, style.scrollbar_rounding = 8.0 * scale, 4.0 * scale
     style.hover_delay_normal = 0.5
-    style.window_min_size = imgui.ImVec2(8.0, 8.0)
+    style.window_min_size = pair(8.0, 8.0)
 
 
-def _set_colors(style: imgui.Style) -> None:
+def _set_colors(style: imgui.Style, palette: Palette) -> None:
     C = imgui.Col_
     clear = (0.0, 0.0, 0.0, 0.0)
     for slot, color in (
-        (C.text, TEXT),
-        (C.text_disabled, MUTED),
-        (C.window_bg, PANEL),
-        (C.popup_bg, SOLID),
+        (C.text, palette.text),
+        (C.text_disabled, palette.muted),
+        (C.window_bg, palette.panel),
+        (C.popup_bg, palette.solid),
         (C.child_bg, clear),
-        (C.border, FAINT),
-        (C.frame_bg, FIELD),
-        (C.frame_bg_hovered, HOVER),
-        (C.frame_bg_active, HOVER),
-        (C.button, FIELD),
-        (C.button_hovered, HOVER),
-        (C.button_active, PRESSED),
-        (C.header, HOVER),
-        (C.header_hovered, HOVER),
-        (C.header_active, PRESSED),
-        (C.separator, FAINT),
+        (C.border, palette.faint),
+        (C.frame_bg, palette.field),
+        (C.frame_bg_hovered, palette.hover),
+        (C.frame_bg_active, palette.hover),
+        (C.button, palette.field),
+        (C.button_hovered, palette.hover),
+        (C.button_active, palette.pressed),
+        (C.header, palette.hover),
+        (C.header_hovered, palette.hover),
+        (C.header_active, palette.pressed),
+        (C.separator, palette.faint),
         (C.scrollbar_bg, clear),
-        (C.scrollbar_grab, HOVER),
-        (C.scrollbar_grab_hovered, PRESSED),
-        (C.scrollbar_grab_active, PRESSED),
-        (C.text_selected_bg, (ACCENT[0], ACCENT[1], ACCENT[2], 0.35)),
-        (C.input_text_cursor, ACCENT),
-        (C.check_mark, ACCENT),
-        (C.modal_window_dim_bg, SHADE),
+        (C.scrollbar_grab, palette.hover),
+        (C.scrollbar_grab_hovered, palette.pressed),
+        (C.scrollbar_grab_active, palette.pressed),
+        (C.text_selected_bg, (*palette.accent[:3], 0.35)),
+        (C.input_text_cursor, palette.accent),
+        (C.check_mark, palette.accent),
+        (C.checkbox_selected_bg, palette.pressed),
+        (C.modal_window_dim_bg, palette.shade),
         (C.nav_cursor, clear),
     ):
         style.set_color_(slot, color)

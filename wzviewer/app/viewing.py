@@ -47,6 +47,9 @@ def zoom(services: Services, state: AppState, command: cmd.Zoom) -> AppState:
     room = math.log(limit / view.magnification)
     if (spring.log_factor - room) * command.notches > 0:  # beyond the limit: go there and no further
         spring = replace(spring, log_factor=room)
+    if state.settings.reduced_motion:
+        camera = view.camera.zoomed(command.x_px, command.y_px, math.exp(spring.log_factor))
+        return state.with_view(replace(view, camera=camera, spring=ZoomSpring()))
     return state.with_view(replace(view, spring=spring))
 
 
@@ -116,6 +119,9 @@ def go_to_level(services: Services, state: AppState, command: cmd.GoToLevel) -> 
 def fly_to(state: AppState, camera: Camera, focus: DoubleArray) -> AppState:
     """Starts a flight about a point that both cameras have in front of them."""
     start = state.view.camera
+    if state.settings.reduced_motion:
+        view = replace(state.view, camera=camera, flight=None, spring=ZoomSpring(), drag=None, focus=focus)
+        return state.with_view(view)
     if start.to_camera(focus)[2] <= 0 or camera.to_camera(focus)[2] <= 0:
         return state.with_view(replace(state.view, camera=camera, flight=None))
     flight = Flight.between(start, camera, focus)

@@ -45,7 +45,7 @@ def draw_breadcrumb(state: AppState, ui: Ui) -> list[cmd.Command]:
                 if _crumb(ui, state.scene[index], x, y, is_here=index == path[-1]):
                     commands.append(cmd.GoToLevel(index))
                 x += _width(ui, state.scene[index])
-            _label(ui, magnification, x + ui.pt(GAP_PT), y, theme.ACCENT)
+            _label(ui, magnification, x + ui.pt(GAP_PT), y, ui.colors.accent)
         imgui.pop_style_var()
     return commands
 
@@ -110,12 +110,12 @@ def _crumb(ui: Ui, level: Level, x: float, y: float, is_here: bool) -> bool:
     pressed = imgui.invisible_button(f"crumb{level.index}", (width, ui.layout.breadcrumb.height - ui.pt(12)))
     if imgui.is_item_hovered():
         lower, upper = imgui.get_item_rect_min(), imgui.get_item_rect_max()
-        imgui.get_window_draw_list().add_rect_filled(lower, upper, u32(theme.HOVER), ui.pt(6))
+        imgui.get_window_draw_list().add_rect_filled(lower, upper, u32(ui.colors.hover), ui.pt(6))
     top = y + (ui.layout.breadcrumb.height - ui.pt(PICTURE_PT[1])) / 2
     at = (x + ui.pt(4), top, ui.pt(PICTURE_PT[0]), ui.pt(PICTURE_PT[1]))
     picture(ui, ui.thumbnails.get(level.index), at, is_here)
     name = elided(name_of(level), ui.pt(NAME_PT))
-    _label(ui, name, x + ui.pt(4 + PICTURE_PT[0] + GAP_PT), y, theme.TEXT if is_here else theme.MUTED)
+    _label(ui, name, x + ui.pt(4 + PICTURE_PT[0] + GAP_PT), y, ui.colors.text if is_here else ui.colors.muted)
     tooltip(details_of(level))
     return pressed
 
@@ -124,7 +124,7 @@ def _arrow(ui: Ui, x: float, y: float, has_gap: bool) -> float:
     """A chevron, with dots where levels are left out; returns where the next crumb begins."""
     for sign in ("…", "›") if has_gap else ("›",):
         offset = (ui.pt(ARROW_PT) - imgui.calc_text_size(sign).x) / 2
-        _label(ui, sign, x + offset, y, theme.MUTED)
+        _label(ui, sign, x + offset, y, ui.colors.muted)
         x += ui.pt(ARROW_PT)
     return x
 

@@ -40,7 +40,7 @@ def _unsaved(state: AppState, ui: Ui) -> list[cmd.Command]:
         imgui.text_unformatted("Save the levels you made?")
     count = state.num_finished
     what = "The scene has" if count == 1 else f"{count} levels have"
-    wrapped(ui, f"{what} not been saved. Without saving they are lost.", theme.MUTED)
+    wrapped(ui, f"{what} not been saved. Without saving they are lost.", ui.colors.muted)
     return _buttons(
         ui,
         ("Stay", cmd.SettleUnsaved("stay")),
@@ -56,7 +56,7 @@ def _recover(state: AppState, ui: Ui) -> list[cmd.Command]:
         imgui.text_unformatted("Bring back what was not saved?")
     what = "1 level" if count == 1 else f"{count} levels"
     of = f" of {name}" if name else ""
-    wrapped(ui, f"wzviewer ended unexpectedly. It had kept {what}{of}.", theme.MUTED)
+    wrapped(ui, f"wzviewer ended unexpectedly. It had kept {what}{of}.", ui.colors.muted)
     discard, recover = cmd.SettleRecovery("discard"), cmd.SettleRecovery("recover")
     return _buttons(ui, ("Later", cmd.Escape()), ("Delete", discard), ("Recover", recover))
 
@@ -90,7 +90,7 @@ def _buttons(ui: Ui, *choices: tuple[str, cmd.Command]) -> list[cmd.Command]:
         if number:
             imgui.same_line(0.0, gap)
         if number == len(choices) - 1:
-            with primary(), face(ui.fonts.bold):
+            with primary(ui), face(ui.fonts.bold):
                 pressed = imgui.button(label, (width, ui.pt(34)))
         else:
             pressed = imgui.button(label, (width, ui.pt(34)))

@@ -44,13 +44,13 @@ def rows_of(group: str) -> list[Binding]:
 def _column(ui: Ui, groups: tuple[str, ...], left: float, y: float, width: float) -> None:
     for group in groups:
         imgui.set_cursor_pos((left, y + ui.pt(8)))
-        with face(ui.fonts.bold, theme.SMALL_PT), colored(theme.ACCENT):
+        with face(ui.fonts.bold, theme.SMALL_PT), colored(ui.colors.accent):
             imgui.text_unformatted(group.upper())
         y += ui.pt(HEAD_PT)
         for binding in rows_of(group):
             imgui.set_cursor_pos((left, y))
             imgui.text_unformatted(binding.label)
             imgui.set_cursor_pos((left + min(ui.pt(KEY_PT), 0.45 * width), y))
-            with colored(theme.MUTED):
+            with colored(ui.colors.muted):
                 imgui.text_unformatted(binding.what)
             y += ui.pt(ROW_PT)

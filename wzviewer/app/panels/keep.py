@@ -4,11 +4,10 @@ from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app import theme
 from wzviewer.app.keys import label_of
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.prompt import draw_bar
-from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, small
+from wzviewer.app.panels.surface import Ui, choice, elided, face, plate, small
 from wzviewer.app.state import AppState
 
 WIDTH_PT = 300.0
@@ -54,23 +53,12 @@ def _is_done(commands: list[cmd.Command]) -> bool:
 
 
 def _sizes(state: AppState, ui: Ui) -> list[cmd.Command]:
-    commands: list[cmd.Command] = []
-    gap = ui.pt(4)
-    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(4), ui.pt(4)))
-    width = (imgui.get_content_region_avail().x - gap * (len(SIZES) - 1)) / len(SIZES)
-    for number, (name, size) in enumerate(SIZES):
-        if number:
-            imgui.same_line(0.0, gap)
-        is_on = state.picture_size == size
-        back = theme.PRESSED if is_on else theme.FIELD
-        with colored(theme.ACCENT if is_on else theme.TEXT), colored(back, imgui.Col_.button):
-            if imgui.button(f"{name}##size", (width, 0.0)):
-                commands.append(cmd.SetPictureSize(size))
-    imgui.pop_style_var()
+    index = next((i for i, (_, size) in enumerate(SIZES) if size == state.picture_size), None)
+    picked = choice(ui, "size", [(name, i) for i, (name, _) in enumerate(SIZES)], index)
     camera = state.view.camera
     w, h = state.picture_size or (camera.width, camera.height)
     small(ui, f"{w} × {h} px")
-    return commands
+    return [] if picked is None else [cmd.SetPictureSize(SIZES[picked][1])]
 
 
 def draw_film(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], float]:

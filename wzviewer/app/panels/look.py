@@ -8,7 +8,7 @@ from imgui_bundle import imgui, implot
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.look import MODES, RAMP, Look, level_color
-from wzviewer.app.panels.surface import Ui, colored, face, plate, small
+from wzviewer.app.panels.surface import Ui, choice, colored, face, plate, small
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -35,18 +35,8 @@ def draw_look(state: AppState, ui: Ui) -> list[cmd.Command]:
 
 
 def _modes(look: Look, ui: Ui) -> list[cmd.Command]:
-    commands: list[cmd.Command] = []
-    gap = ui.pt(4)
-    width = (imgui.get_content_region_avail().x - gap * (len(MODES) - 1)) / len(MODES)
-    for number, (mode, name) in enumerate(MODES):
-        if number:
-            imgui.same_line(0.0, gap)
-        is_on = look.mode == mode
-        back = theme.PRESSED if is_on else theme.FIELD
-        with colored(theme.ACCENT if is_on else theme.TEXT), colored(back, imgui.Col_.button):
-            if imgui.button(f"{name}##mode", (width, 0.0)):
-                commands.append(cmd.SetLook(_with(look, mode=mode)))
-    return commands
+    mode = choice(ui, "mode", [(name, mode) for mode, name in MODES], look.mode)
+    return [] if mode is None else [cmd.SetLook(_with(look, mode=mode))]
 
 
 def _switches(look: Look) -> list[cmd.Command]:
@@ -104,7 +94,7 @@ def _plot(ui: Ui) -> None:
     limit = 1.15 * max(float(times.max()), ui.target_ms)
     flags = implot.Flags_.canvas_only.value | implot.Flags_.no_inputs.value
     implot.push_style_color(implot.Col_.frame_bg.value, imgui.ImVec4(0, 0, 0, 0))
-    implot.push_style_color(implot.Col_.plot_bg.value, imgui.ImVec4(*theme.FIELD))
+    implot.push_style_color(implot.Col_.plot_bg.value, imgui.ImVec4(*ui.colors.field))
     implot.push_style_color(implot.Col_.plot_border.value, imgui.ImVec4(0, 0, 0, 0))
     implot.push_style_var(implot.StyleVar_.plot_padding.value, imgui.ImVec2(0.0, 0.0))
     if implot.begin_plot("##frame times", imgui.ImVec2(-1.0, ui.pt(PLOT_PT)), flags):
@@ -112,8 +102,8 @@ def _plot(ui: Ui) -> None:
         implot.setup_axes("", "", bare, bare)
         implot.setup_axes_limits(0.0, len(times) - 1.0, 0.0, limit, imgui.Cond_.always.value)
         target = np.full(2, ui.target_ms, np.float32)
-        implot.plot_line("target", target, float(len(times) - 1), 0.0, _line(theme.MUTED, 1.0))
-        implot.plot_line("frames", times, 1.0, 0.0, _line(theme.ACCENT, ui.pt(1.5)))
+        implot.plot_line("target", target, float(len(times) - 1), 0.0, _line(ui.colors.muted, 1.0))
+        implot.plot_line("frames", times, 1.0, 0.0, _line(ui.colors.accent, ui.pt(1.5)))
         implot.end_plot()
     implot.pop_style_var()
     implot.pop_style_color(3)
@@ -128,7 +118,7 @@ def _line(color: theme.Rgba, weight: float) -> implot.Spec:
 
 def _numbers(state: AppState, ui: Ui) -> None:
     for name, value in {**ui.statistics, **_of_scene(state)}.items():
-        with colored(theme.MUTED):
+        with colored(ui.colors.muted):
             imgui.text_unformatted(name)
         width = imgui.calc_text_size(value).x
         imgui.same_line(ui.layout.statistics.width - width - imgui.get_style().window_padding.x)

@@ -34,10 +34,10 @@ def _lead(state: AppState, ui: Ui) -> None:
     imgui.align_text_to_frame_padding()
     if state.reading.unknown:
         first, last = state.reading.unknown[0]
-        with colored(theme.ERROR):
+        with colored(ui.colors.error):
             imgui.text_unformatted(f"“{state.prompt[first:last]}” is not known:")
     else:
-        with colored(theme.MUTED):
+        with colored(ui.colors.muted):
             imgui.text_unformatted("Tab")
     imgui.same_line(0.0, ui.pt(8))
 
@@ -48,7 +48,7 @@ def _has_room(ui: Ui, offer: Offer, right: float) -> bool:
 
 
 def _chip(ui: Ui, offer: Offer, is_marked: bool) -> bool:
-    face_color = theme.PRESSED if is_marked else theme.FIELD
-    with colored(theme.ACCENT if is_marked else theme.TEXT), colored(face_color, imgui.Col_.button):
+    face_color = ui.colors.pressed if is_marked else ui.colors.field
+    with colored(ui.colors.accent if is_marked else ui.colors.text), colored(face_color, imgui.Col_.button):
         imgui.button(f"{offer.word}##offer")
     return imgui.is_item_hovered() and imgui.is_mouse_clicked(0)  # at the press: then the popup goes

@@ -41,7 +41,7 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
         _progress(state, ui, state.job, above)
     elif state.refusal:
         with plate("refusal", above, grows="up"):
-            wrapped(ui, state.refusal, theme.ERROR, theme.SMALL_PT + 0.5)
+            wrapped(ui, state.refusal, ui.colors.error, theme.SMALL_PT + 0.5)
     return commands
 
 
@@ -99,7 +99,7 @@ def _mark_unknown(state: AppState, ui: Ui) -> None:
     for first, last in state.reading.unknown:
         x = lower.x + padding.x + imgui.calc_text_size(state.prompt[:first]).x
         width = imgui.calc_text_size(state.prompt[first:last]).x
-        imgui.get_window_draw_list().add_line((x, y), (x + width, y), u32(theme.ERROR), ui.pt(2))
+        imgui.get_window_draw_list().add_line((x, y), (x + width, y), u32(ui.colors.error), ui.pt(2))
 
 
 def _action(state: AppState, ui: Ui, size: tuple[float, float]) -> list[cmd.Command]:
@@ -110,7 +110,7 @@ def _action(state: AppState, ui: Ui, size: tuple[float, float]) -> list[cmd.Comm
         imgui.end_disabled()
         tooltip("Stop making this level   Esc")
         return [cmd.CancelJob()] if pressed else []
-    with primary(), face(ui.fonts.bold):
+    with primary(ui), face(ui.fonts.bold):
         label = "Generate" if len(state.scene) or state.photo is None else "Make 3D"
         pressed = imgui.button(label, size)
     tooltip("New detail where you look   Enter")
@@ -125,7 +125,7 @@ def _progress(state: AppState, ui: Ui, job: Job, above: Rect) -> None:
         room = imgui.get_content_region_avail().x
         imgui.text_unformatted(elided(_headline(state, job), room - ui.pt(60)))
         imgui.same_line(room - imgui.calc_text_size(elapsed).x + imgui.get_style().window_padding.x)
-        with colored(theme.MUTED):
+        with colored(ui.colors.muted):
             imgui.text_unformatted(elapsed)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
         past = _past(job)
@@ -160,11 +160,11 @@ def draw_bar(ui: Ui, fraction: float, now_s: float, is_unknown: bool) -> None:
     """A thin line; while nothing is known, a light that wanders."""
     at, width, height = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x, ui.pt(4)
     draw = imgui.get_window_draw_list()
-    draw.add_rect_filled((at.x, at.y), (at.x + width, at.y + height), u32(theme.HOVER), height / 2)
+    draw.add_rect_filled((at.x, at.y), (at.x + width, at.y + height), u32(ui.colors.hover), height / 2)
     if is_unknown:
         left = (0.5 + 0.5 * math.sin(2.2 * now_s)) * 0.8 * width
         ends = (at.x + left, at.x + left + 0.2 * width)
     else:
         ends = (at.x, at.x + max(min(fraction, 1.0) * width, height))
-    draw.add_rect_filled((ends[0], at.y), (ends[1], at.y + height), u32(theme.ACCENT), height / 2)
+    draw.add_rect_filled((ends[0], at.y), (ends[1], at.y + height), u32(ui.colors.accent), height / 2)
     imgui.dummy((width, height + ui.pt(2)))

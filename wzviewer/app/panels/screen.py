@@ -11,6 +11,7 @@ from wzviewer.app.panels.help import draw_help
 from wzviewer.app.panels.keep import draw_film, draw_keep
 from wzviewer.app.panels.look import draw_look
 from wzviewer.app.panels.prompt import draw_prompt
+from wzviewer.app.panels.settings import draw_settings
 from wzviewer.app.panels.start import draw_start
 from wzviewer.app.panels.status import draw_scale_bar, draw_status
 from wzviewer.app.panels.surface import Ui
@@ -37,7 +38,7 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     notices = ui.layout.toasts_beside if is_beside else ui.layout.toasts
     asked, height = draw_film(state, ui, notices)
     commands += asked + draw_toasts(state, ui, replace(notices, y=notices.y + height))
-    commands += draw_keep(state, ui)
+    commands += draw_keep(state, ui) + draw_settings(state, ui)
     return commands + draw_help(state, ui) + draw_dialogs(state, ui)
 
 

@@ -24,7 +24,7 @@ def draw_start(state: AppState, ui: Ui) -> list[cmd.Command]:
     with plate("start", rect, alpha=0.82):
         with face(ui.fonts.bold, theme.TITLE_PT):
             _centred("wzviewer")
-        with colored(theme.MUTED):
+        with colored(ui.colors.muted):
             _centred("One photograph becomes a 3D world to zoom into.")
         commands += _drop_zone(ui, imgui.get_content_region_avail().x)
         commands += _links(ui)
@@ -50,9 +50,9 @@ def _backdrop(ui: Ui) -> None:
 
 def _drop_zone(ui: Ui, width: float) -> list[cmd.Command]:
     imgui.dummy((1.0, ui.pt(10)))
-    with primary(), face(ui.fonts.bold, 17.0):
+    with primary(ui), face(ui.fonts.bold, 17.0):
         pressed = imgui.button(f"{icons.ICON_FA_IMAGE}   Open a photo", (width, ui.pt(52)))
-    with colored(theme.MUTED):
+    with colored(ui.colors.muted):
         _centred("or drop a photo or a scene anywhere on this window")
     imgui.dummy((1.0, ui.pt(8)))
     return [cmd.AskOpen()] if pressed else []

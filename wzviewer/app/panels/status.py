@@ -6,7 +6,7 @@ from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import theme
-from wzviewer.app.panels.surface import Ui, face, plate
+from wzviewer.app.panels.surface import Ui, elided, face, plate
 from wzviewer.app.panels.wording import UNIT, length_text, magnification_text
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
@@ -30,7 +30,7 @@ def draw_scale_bar(state: AppState, ui: Ui) -> None:
         draw = imgui.get_window_draw_list()
         x, y, tick = rect.x + ui.pt(2), rect.bottom - ui.pt(9), ui.pt(6)
         points = ((x, y - tick), (x, y), (x + bar.width_px, y), (x + bar.width_px, y - tick))
-        for color, width in ((theme.SHADE, 4.0), (theme.TEXT, 1.6)):
+        for color, width in ((theme.SHADE, 4.0), (theme.ON_PICTURE, 1.6)):
             for a, b in pairwise(points):
                 draw.add_line(a, b, u32(color), ui.pt(width))
         with face(ui.fonts.regular, theme.SMALL_PT):
@@ -45,25 +45,25 @@ def draw_status(state: AppState, ui: Ui) -> None:
         with face(ui.fonts.bold, 20.0):
             width = imgui.calc_text_size(text).x
             shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(29)), text)
-        line = _line(state)
         with face(ui.fonts.regular, theme.SMALL_PT):
+            line = _line(state, rect.width - ui.pt(4))
             width = imgui.calc_text_size(line).x
-            shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(47)), line, theme.TEXT)
+            shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(47)), line, theme.ON_PICTURE)
 
 
-def _line(state: AppState) -> str:
-    line = _about(state)
-    return f"{icons.ICON_FA_WAND_MAGIC_SPARKLES} auto detail · {line}" if state.settings.auto_detail else line
-
-
-def _about(state: AppState) -> str:
-    if not len(state.scene):
-        return state.name
+def _line(state: AppState, room: float) -> str:
+    """Where one is, within a width; the name of the document is the title of the window, too."""
     count = len(state.scene.visible())
-    return state.name if count == 1 else f"{state.name} · {count} levels"
+    has_auto = state.settings.auto_detail and count > 0
+    auto = [f"{icons.ICON_FA_WAND_MAGIC_SPARKLES} auto detail"] if has_auto else []
+    levels = [f"{count} levels"] if count > 1 else []
+    whole = " · ".join([*auto, state.name, *levels])
+    if imgui.calc_text_size(whole).x <= room or not auto + levels:
+        return elided(whole, room)
+    return " · ".join(auto + levels)
 
 
-def shadowed(ui: Ui, at: tuple[float, float], text: str, color: theme.Rgba = theme.TEXT) -> None:
+def shadowed(ui: Ui, at: tuple[float, float], text: str, color: theme.Rgba = theme.ON_PICTURE) -> None:
     """Text straight on the picture, readable on any."""
     draw = imgui.get_window_draw_list()
     for dx, dy, alpha in ((0, 1, 0.9), (0, -1, 0.5), (1, 0, 0.6), (-1, 0, 0.6)):

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from imgui_bundle import imgui
 
@@ -11,6 +12,7 @@ from wzviewer.app.layout import Layout, Rect
 from wzviewer.app.theme import Fonts
 from wzviewer.app.thumbnails import Thumbnail
 
+T = TypeVar("T")
 F = imgui.WindowFlags_
 PLATE = (
     F.no_decoration.value
@@ -35,6 +37,7 @@ class Ui:
         statistics: lines for the statistics panel.
         frame_times_ms: of the last pictures in motion.
         target_ms: that such a picture may take.
+        colors: of the panels.
     """
 
     layout: Layout
@@ -45,6 +48,7 @@ class Ui:
     statistics: Mapping[str, str] = field(default_factory=dict)
     frame_times_ms: Sequence[float] = ()
     target_ms: float = 16.7
+    colors: theme.Palette = theme.DARK
 
     def pt(self, points: float) -> float:
         """Points to imgui units."""
@@ -92,7 +96,7 @@ def plate(
 def shade(ui: Ui) -> bool:
     """Darkens all that was drawn before and keeps the mouse from it; returns whether it was clicked."""
     imgui.push_style_var(imgui.StyleVar_.window_rounding.value, 0.0)
-    with colored(theme.SHADE, imgui.Col_.window_bg), plate("shade", ui.layout.window, is_front=True):
+    with colored(ui.colors.shade, imgui.Col_.window_bg), plate("shade", ui.layout.window, is_front=True):
         is_clicked = imgui.is_window_hovered() and imgui.is_mouse_clicked(0)
     imgui.pop_style_var()
     return is_clicked
@@ -121,15 +125,15 @@ def colored(color: theme.Rgba, *slots: imgui.Col_) -> Iterator[None]:
 
 
 @contextmanager
-def primary() -> Iterator[None]:
+def primary(ui: Ui) -> Iterator[None]:
     """Buttons in the accent colour: one on the screen at a time."""
-    r, g, b, _ = theme.ACCENT
+    r, g, b, _ = ui.colors.accent
     lighter = (min(r + 0.03, 1.0), min(g + 0.06, 1.0), min(b + 0.10, 1.0), 1.0)
     C = imgui.Col_
     with (
-        colored(theme.ACCENT, C.button),
+        colored(ui.colors.accent, C.button),
         colored(lighter, C.button_hovered, C.button_active),
-        colored(theme.ON_ACCENT),
+        colored(ui.colors.on_accent),
     ):
         yield
 
@@ -141,21 +145,39 @@ def quiet() -> Iterator[None]:
         yield
 
 
+def choice(ui: Ui, key: str, options: Sequence[tuple[str, T]], present: object) -> T | None:
+    """Draws a row of buttons, one of them lit; returns the value that was pressed."""
+    picked: T | None = None
+    gap = ui.pt(4)
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(4), ui.pt(4)))
+    width = (imgui.get_content_region_avail().x - gap * (len(options) - 1)) / len(options)
+    for number, (name, value) in enumerate(options):
+        if number:
+            imgui.same_line(0.0, gap)
+        is_on = value == present
+        back = ui.colors.pressed if is_on else ui.colors.field
+        with colored(ui.colors.accent if is_on else ui.colors.text), colored(back, imgui.Col_.button):
+            if imgui.button(f"{name}##{key}", (width, 0.0)):
+                picked = value
+    imgui.pop_style_var()
+    return picked
+
+
 def tooltip(text: str) -> None:
     """Explains the last item after a moment."""
     if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal.value):
         imgui.set_tooltip(text)
 
 
-def small(ui: Ui, text: str, color: theme.Rgba = theme.MUTED) -> None:
+def small(ui: Ui, text: str, color: theme.Rgba | None = None) -> None:
     """A small line in a quiet colour."""
-    with face(ui.fonts.regular, theme.SMALL_PT), colored(color):
+    with face(ui.fonts.regular, theme.SMALL_PT), colored(color or ui.colors.muted):
         imgui.text_unformatted(text)
 
 
-def wrapped(ui: Ui, text: str, color: theme.Rgba = theme.TEXT, size_pt: float = theme.BODY_PT) -> None:
+def wrapped(ui: Ui, text: str, color: theme.Rgba | None = None, size_pt: float = theme.BODY_PT) -> None:
     """A text that breaks at the right edge."""
-    with face(ui.fonts.regular, size_pt), colored(color):
+    with face(ui.fonts.regular, size_pt), colored(color or ui.colors.text):
         imgui.push_text_wrap_pos(0.0)
         imgui.text_unformatted(text)
         imgui.pop_text_wrap_pos()
@@ -177,11 +199,11 @@ def picture(
     x, y, width, height = rect
     draw = imgui.get_window_draw_list()
     if thumbnail is None:
-        draw.add_rect_filled((x, y), (x + width, y + height), theme.u32(theme.FIELD), ui.pt(5))
+        draw.add_rect_filled((x, y), (x + width, y + height), theme.u32(ui.colors.field), ui.pt(5))
     else:
         excess = thumbnail.aspect / (width / height)
         u, v = (0.5 - 0.5 / excess, 0.0) if excess > 1 else (0.0, 0.5 - 0.5 * excess)
         corners = ((x, y), (x + width, y + height), (u, v), (1 - u, 1 - v))
         draw.add_image_rounded(thumbnail.ref, *corners, theme.u32((1, 1, 1, 1)), ui.pt(5))
     if is_here:
-        draw.add_rect((x, y), (x + width, y + height), theme.u32(theme.ACCENT), ui.pt(5), ui.pt(1.5))
+        draw.add_rect((x, y), (x + width, y + height), theme.u32(ui.colors.accent), ui.pt(5), ui.pt(1.5))

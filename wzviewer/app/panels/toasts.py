@@ -6,15 +6,16 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
-from wzviewer.app.panels.surface import Ui, colored, plate
+from wzviewer.app.panels.surface import Ui, colored, plate, wrapped
 from wzviewer.app.state import TOAST_S, AppState, Toast
 
 ICONS = {
-    "info": (icons.ICON_FA_CIRCLE_INFO, theme.MUTED),
-    "done": (icons.ICON_FA_CIRCLE_CHECK, theme.DONE),
-    "error": (icons.ICON_FA_TRIANGLE_EXCLAMATION, theme.ERROR),
+    "info": (icons.ICON_FA_CIRCLE_INFO, "muted"),
+    "done": (icons.ICON_FA_CIRCLE_CHECK, "done"),
+    "error": (icons.ICON_FA_TRIANGLE_EXCLAMATION, "error"),
 }
 FADE_S = 0.25
+MAX_DETAILS = 900  # characters: the end of a traceback says what happened
 
 
 def draw_toasts(state: AppState, ui: Ui, rect: Rect) -> list[cmd.Command]:
@@ -30,24 +31,47 @@ def draw_toasts(state: AppState, ui: Ui, rect: Rect) -> list[cmd.Command]:
     for number, toast in enumerate(t for t in state.toasts if t.is_alive(state.now_s)):
         imgui.push_style_var(imgui.StyleVar_.alpha.value, _opacity(toast, state.now_s))
         with plate(f"toast{number}", Rect(rect.x, top, rect.width, 0.0), grows="down"):
-            _draw(ui, toast)
+            asked = _draw(ui, toast)
             top += imgui.get_window_height() + ui.pt(8)
-            if imgui.is_window_hovered() and imgui.is_mouse_clicked(0):
-                commands.append(cmd.DismissToast(toast.text))
+            if not asked and imgui.is_window_hovered() and imgui.is_mouse_clicked(0):
+                asked = [] if _is_on_button() else [cmd.DismissToast(toast.text)]
+            commands += asked
         imgui.pop_style_var()
     return commands
 
 
-def _draw(ui: Ui, toast: Toast) -> None:
+def _draw(ui: Ui, toast: Toast) -> list[cmd.Command]:
     icon, color = ICONS[toast.kind]
-    with colored(color):
+    with colored(getattr(ui.colors, color)):
         imgui.text_unformatted(icon)
     imgui.same_line(0.0, ui.pt(8))
     imgui.push_text_wrap_pos(0.0)
     imgui.text_unformatted(toast.text)
     imgui.pop_text_wrap_pos()
+    if toast.is_expanded:
+        wrapped(ui, toast.details[-MAX_DETAILS:], ui.colors.muted, theme.SMALL_PT - 1.0)
+    return _buttons(ui, toast)
+
+
+def _buttons(ui: Ui, toast: Toast) -> list[cmd.Command]:
+    commands: list[cmd.Command] = []
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(10), ui.pt(4)))
+    if toast.details:
+        if imgui.button("Less" if toast.is_expanded else "Details"):
+            commands.append(cmd.ExpandToast(toast.text))
+        imgui.same_line(0.0, ui.pt(6))
+    if toast.retry is not None and imgui.button("Retry"):
+        commands.append(cmd.Retry(toast.text))
+    imgui.pop_style_var()
+    return commands
+
+
+def _is_on_button() -> bool:
+    return bool(imgui.is_any_item_hovered())
 
 
 def _opacity(toast: Toast, now_s: float) -> float:
+    if toast.is_expanded:
+        return 1.0
     age_s = now_s - toast.born_s
     return max(min(age_s / FADE_S, (TOAST_S[toast.kind] - age_s) / FADE_S, 1.0), 0.05)

@@ -8,7 +8,7 @@ from wzviewer.app.history import undoable
 from wzviewer.app.keys import label_of
 from wzviewer.app.panels.surface import Ui, colored, plate, quiet, tooltip
 from wzviewer.app.state import AppState
-from wzviewer.app.theme import ACCENT, FAINT, TEXT, u32
+from wzviewer.app.theme import u32
 
 Button = tuple[str, str, cmd.Command, bool]  # icon, what, command, is it possible now
 BUTTON_PT = (34.0, 30.0)
@@ -57,6 +57,7 @@ def _views(state: AppState) -> tuple[Button, ...]:
         ),
         (icons.ICON_FA_HOUSE, "The whole picture", cmd.GoHome(), True),
         (icons.ICON_FA_LAYER_GROUP, "Levels", cmd.Toggle("tree"), len(state.scene) > 0),
+        (icons.ICON_FA_GEAR, "Settings", cmd.Toggle("settings"), True),
         (icons.ICON_FA_CIRCLE_QUESTION, "Keys and gestures", cmd.Toggle("help"), True),
     )
 
@@ -71,7 +72,7 @@ def _is_marked(state: AppState, command: cmd.Command) -> bool:
 def _button(ui: Ui, button: Button, is_marked: bool) -> list[cmd.Command]:
     icon, what, command, is_enabled = button
     imgui.begin_disabled(not is_enabled)
-    with colored(ACCENT if is_marked else TEXT):
+    with colored(ui.colors.accent if is_marked else ui.colors.text):
         pressed = imgui.button(f"{icon}##{icon}", (ui.pt(BUTTON_PT[0]), ui.pt(BUTTON_PT[1])))
     imgui.end_disabled()
     key = label_of(type(command)) if not isinstance(command, cmd.Toggle) else ""
@@ -83,6 +84,6 @@ def _divider(ui: Ui) -> None:
     imgui.same_line(0.0, ui.pt(7))
     at = imgui.get_cursor_screen_pos()
     top, bottom = at.y + ui.pt(6), at.y + ui.pt(BUTTON_PT[1] - 6)
-    imgui.get_window_draw_list().add_line((at.x, top), (at.x, bottom), u32(FAINT), ui.pt(1))
+    imgui.get_window_draw_list().add_line((at.x, top), (at.x, bottom), u32(ui.colors.faint), ui.pt(1))
     imgui.dummy((ui.pt(1), ui.pt(BUTTON_PT[1])))
     imgui.same_line(0.0, ui.pt(7))

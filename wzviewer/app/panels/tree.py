@@ -61,7 +61,7 @@ def _row(state: AppState, ui: Ui, level: Level, depth: int, is_here: bool) -> bo
     draw = imgui.get_window_draw_list()
     corner = (at.x + width, at.y + height)
     if imgui.is_item_hovered() or is_here:
-        shade = theme.HOVER if imgui.is_item_hovered() else theme.FIELD
+        shade = ui.colors.hover if imgui.is_item_hovered() else ui.colors.field
         draw.add_rect_filled((at.x, at.y), corner, u32(shade), ui.pt(7))
     x = at.x + ui.pt(5 + INDENT_PT * min(depth, MAX_INDENT))
     frame = (x, at.y + ui.pt(5), ui.pt(PICTURE_PT), height - ui.pt(10))
@@ -85,7 +85,7 @@ def _words(state: AppState, ui: Ui, level: Level, x: float, y: float, right: flo
     if not is_making and right - x > ui.pt(95):
         line += f" · {count_text(len(level.surfels))}"
     with face(ui.fonts.regular):
-        draw.add_text((x, y), u32(theme.TEXT), elided(title_of(level), right - x))
+        draw.add_text((x, y), u32(ui.colors.text), elided(title_of(level), right - x))
     with face(ui.fonts.regular, theme.SMALL_PT):
-        color = theme.ACCENT if is_making else theme.MUTED
+        color = ui.colors.accent if is_making else ui.colors.muted
         draw.add_text((x, y + ui.pt(20)), u32(color), elided(line, right - x))

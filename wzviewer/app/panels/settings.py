@@ -1,0 +1,48 @@
+"""Below the toolbar, on request: what the user prefers."""
+
+from dataclasses import replace
+from typing import Any
+
+from imgui_bundle import imgui
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.layout import Rect
+from wzviewer.app.panels.surface import Ui, choice, face, plate, small
+from wzviewer.app.settings import Settings
+from wzviewer.app.state import AppState
+
+WIDTH_PT = 300.0
+THEMES = (("Dark", "dark"), ("Light", "light"))
+SIZES = (("Small", 14.0), ("Normal", 16.0), ("Large", 18.0), ("Huge", 20.0))
+RASTERIZERS = (("Auto", "auto"), ("Graphics", "shaders"), ("Processor", "kernels"))
+
+
+def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
+    """Draws the panel."""
+    if not state.panels.settings:
+        return []
+    bar, now = ui.layout.toolbar, state.settings
+    rect = Rect(bar.x, bar.bottom + ui.pt(8), min(ui.pt(WIDTH_PT), bar.width), 0.0)
+    changes: dict[str, Any] = {}
+    with plate("settings", rect, grows="down", alpha=0.97, is_front=True):
+        with face(ui.fonts.bold):
+            imgui.text_unformatted("Settings")
+        rows: tuple[tuple[str, str, tuple[tuple[str, Any], ...]], ...] = (
+            ("Panels", "theme", THEMES),
+            ("Text", "font_pt", SIZES),
+            ("Drawn by, from the next start on", "rasterizer", RASTERIZERS),
+        )
+        for name, key, options in rows:
+            small(ui, name)
+            picked = choice(ui, key, options, getattr(now, key))
+            if picked is not None:
+                changes[key] = picked
+        for name, key in (("Auto detail", "auto_detail"), ("Reduced motion", "reduced_motion")):
+            is_changed, is_on = imgui.checkbox(name, getattr(now, key))
+            if is_changed:
+                changes[key] = is_on
+    return [cmd.ChangeSettings(_changed(now, changes))] if changes else []
+
+
+def _changed(settings: Settings, changes: dict[str, Any]) -> Settings:
+    return replace(settings, **changes)
