@@ -141,8 +141,11 @@ def lift(
         geometry = _geometry(x_px, y_px, delta[kept], normals[block][kept], camera, sigma_px)
         return (*geometry, image[block][kept])
 
+    # A layer is mostly empty; of its blocks the first stays, so that there is something to join.
+    blocks = list(_blocks(relief.shape))
+    blocks = blocks[:1] + [block for block in blocks[1:] if mask is None or mask[block].any()]
     with ThreadPoolExecutor(THREADS) as pool:  # numpy lets go of the interpreter; map keeps the order
-        pieces = list(pool.map(lifted, _blocks(relief.shape)))
+        pieces = list(pool.map(lifted, blocks))
     means, quats, scales, colors = (np.concatenate(p).astype(np.float32) for p in zip(*pieces, strict=True))
     n = len(means)
     native = (1 + means[:, 2].astype(np.float64) / camera.focal_px).astype(np.float32)
