@@ -197,7 +197,8 @@ def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
         state = replace(state, is_worker_ready=False)
         if any(t.kind == "error" and t.born_s == state.now_s for t in state.toasts):
             return state  # the request that it took with it has just said so
-        return state.with_toast(f"The worker {event.why}. It was started again; nothing is lost.", "error")
+        again = "" if "not started again" in event.why else " It was started again."
+        return state.with_toast(f"The worker {event.why}.{again} Nothing is lost.", "error")
     if state.job is None or event.request_id != state.job.request_id:
         return state  # of a document that was closed meanwhile
     if isinstance(event, ev.StageProgressed):
