@@ -34,7 +34,7 @@ EXTEND_SHARE_MIN, EXTEND_SHARE_MAX = 0.02, 0.97  # of an observation that is con
 # the backdrop; an extension makes what was painted around the frame anew, from more of the picture.
 BACKDROP_SIGMA_PX, PAD_SIGMA_PX = 10.0, 1.2
 SPECK_PX, ISLAND_SHARE = 7, 0.3  # of the largest piece of what is known
-EMPTY_SHARE = 0.05  # of a pixel that shows nothing, from which on it is not known
+EMPTY_SHARE = 0.35  # of a pixel; between its surfels a surface lets through up to an eighth of what is behind
 SKY_RELIEF_SHARE = 0.5  # a point this close to the depth of the sky counts as sky
 
 Check = Callable[[], None]
