@@ -12,7 +12,7 @@ from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
 from wzviewer.core.camera import Camera
 from wzviewer.core.files import is_scene_file, load_scene, save_scene
-from wzviewer.core.photos import fit_photo, load_photo
+from wzviewer.core.photos import finer_photo, fit_photo, load_photo
 from wzviewer.core.scene import Scene
 from wzviewer.errors import InputError, WzError
 
@@ -76,7 +76,7 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         return replace(cancel(services, state, cmd.CancelJob()), next_path=path)
     try:
         scene = load_scene(path) if is_scene_file(path) else None
-        photo = None if scene is not None else fit_photo(load_photo(path))
+        original = None if scene is not None else load_photo(path)
     except WzError as error:
         return state.with_toast(error.line(), "error")
     except (OSError, MemoryError) as error:
@@ -96,9 +96,12 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
     )
     if scene is not None:
         return with_scene(services, fresh, scene, path)
-    assert photo is not None  # either, by construction
+    assert original is not None  # either, by construction
+    photo = fit_photo(original)
     view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
-    return reconstruct(services, replace(fresh, view=view, photo=photo))
+    return reconstruct(
+        services, replace(fresh, view=view, photo=photo, finer_photo=finer_photo(original, photo))
+    )
 
 
 def with_scene(services: Services, state: AppState, scene: Scene, path: Path | None) -> AppState:

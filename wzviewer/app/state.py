@@ -221,6 +221,7 @@ class AppState:
         view: camera and its motions.
         scene: the log of levels.
         photo: (h, w, 3) uint8, the picture before E_0 exists; None on the start page.
+        finer_photo: the same with more pixels, if it has them.
         path: the scene's file, if it has one.
         name: of the document, for the title.
         saved: (levels, hidden) when last saved.
@@ -248,6 +249,7 @@ class AppState:
     view: View
     scene: Scene = field(default_factory=Scene)
     photo: ByteArray | None = None
+    finer_photo: ByteArray | None = None
     path: Path | None = None
     name: str = ""
     saved: tuple[int, frozenset[int]] = (0, frozenset())
