@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import cv2
 import numpy as np
 import pytest
 
@@ -113,6 +114,30 @@ def test_a_close_up_of_unknown_origin_takes_the_material_of_its_colour():
         parent, materials=tuple("foliage" if r.green_red < -20 else "rock" for r in parent.regions)
     )
     assert set(described(green, parent).materials) == {"venation"}
+
+
+def windows(turn_deg):
+    """Dark windows on a wall, in rows as people build them, or each turned by chance."""
+    rng = np.random.default_rng(4)
+    wall = np.full((240, 320), 0.5, np.float32)
+    for y in range(12, 240, 17):
+        for x in range(12, 320, 15):
+            box = cv2.boxPoints(((x, y), (5, 9), turn_deg * rng.random())).astype(np.int32)
+            cv2.fillPoly(wall, [box], 0.15, cv2.LINE_AA)
+    wall += rng.normal(0, 0.01, wall.shape).astype(np.float32)
+    return np.repeat(wall[..., None], 3, 2)
+
+
+def test_a_wall_with_windows_is_built_and_rubble_is_not():
+    built = []
+    for turn_deg in (0.0, 180.0):
+        regions = described(windows(turn_deg)).regions
+        built.append(np.average([r.built for r in regions], weights=[r.share * r.wide for r in regions]))
+    assert built[0] > 0.6  # measured 0.69
+    assert built[1] < 0.35  # measured 0.29
+    stony = {"fine": 14, "middle": 13, "wide": 13, "coherence": 0.5}
+    assert named(**stony, built=0.42) == "plaster"
+    assert named(**stony, built=0.26) == "rock"
 
 
 def test_cropped_labels_show_the_region():

@@ -27,6 +27,7 @@ class Material:
         floor: least contrast of the new detail as a share of the luminance, at level 1.
         deep_floor: the same at level 2 and deeper; keeps long zooms from turning into mush.
         roughness_px: how far contours are displaced.
+        ceiling: no detail of it is stronger than this RMS, in grey levels.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Material:
     floor: float
     deep_floor: float
     roughness_px: float
+    ceiling: float
 
 
 def _material(
@@ -46,6 +48,7 @@ def _material(
     floor: float = 0.012,
     deep_floor: float = 0.022,
     roughness_px: float = 0.5,
+    ceiling: float = 15.0,
 ) -> Material:
     return Material(
         name=name,
@@ -55,6 +58,7 @@ def _material(
         floor=floor,
         deep_floor=deep_floor,
         roughness_px=roughness_px,
+        ceiling=ceiling,
     )
 
 
@@ -64,7 +68,7 @@ MATERIALS: dict[str, Material] = {
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
         _material("glaze", "glazed surface", "glaze", 0.5, 0.004, 0.006, 0),
         _material("sky", "smooth sky", "sky", 0.15, 0.002, 0.002, 0),
-        _material("foliage", "leaves", "venation", 1.9, 0.012, 0.05, 1.4),
+        _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3),
         _material("cell", "cells", "granule", 0.75, 0.012, 0.07, 0.3),
         _material("granule", "grains of a cell", "cell", 0.9, 0.012, 0.07, 0.36),
