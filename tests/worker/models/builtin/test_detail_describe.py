@@ -140,6 +140,38 @@ def test_a_wall_with_windows_is_built_and_rubble_is_not():
     assert named(**stony, built=0.26) == "rock"
 
 
+def lakeside(calm=True, at_row=150):
+    """Sky, a meadow, and something blue in it."""
+    rng = np.random.default_rng(6)
+    y = np.mgrid[0:240, 0:360][0][..., None]
+    image = np.where(y < 80, [0.55, 0.7, 0.9], [0.25, 0.4, 0.12]).astype(np.float32)
+    image += (y >= 80) * rng.normal(0, 0.06, (240, 360, 1)).astype(np.float32)
+    lake = cv2.ellipse(np.zeros((240, 360), np.uint8), (180, at_row), (110, 26), 0, 0, 360, 1, -1)[..., None]
+    surface = np.array([0.1, 0.25, 0.42]) + rng.normal(0, 0.004 if calm else 0.1, (240, 360, 1))
+    return np.clip(np.where(lake, surface, image), 0, 1).astype(np.float32)
+
+
+def test_a_lake_is_water_and_the_sky_is_not():
+    context = described(lakeside())
+    names = np.array(context.materials)[context.labels]
+    assert names[150, 180] == "ripple"
+    assert names[20, 180] == "sky"
+    assert names[220, 20] == "foliage"
+    assert 0.05 < (names == "ripple").mean() < 0.12  # the ellipse has 0.104; measured 0.110
+    assert "ripple" not in described(lakeside(calm=False)).materials
+    assert (
+        "ripple" not in described(lakeside(at_row=100)).materials
+    )  # across the middle: haze, for all we know
+
+
+def test_five_levels_in_a_row_are_five_materials():
+    for start in ("foliage", "fur", "weave", "plaster", "rock", "ripple", "skin"):
+        chain = [start]
+        for _ in range(4):
+            chain.append(closer((chain[-1],))[0])
+        assert len(set(chain)) == 5, chain
+
+
 def test_cropped_labels_show_the_region():
     context = described(np.random.default_rng(0).random((40, 80, 3), np.float32))
     context = dataclasses.replace(context, labels=np.arange(3200).reshape(40, 80).astype(np.uint8))

@@ -12,6 +12,7 @@ import numpy as np
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
+from wzviewer.worker.models.builtin.detail.waters import with_waters
 
 BUILT_SHARE = 0.35
 """From this share of contours along two axes on it is walls, roofs and windows, no stone that broke."""
@@ -49,6 +50,7 @@ def described(image: FloatArray, parent: Context | None = None) -> Context:
     labels, regions = regions_of(image)
     if parent is None:
         names, level = classified(regions), 0
+        labels, regions, names = with_waters(image, labels, regions, names)
     else:
         names, level = tuple(_heir(region, parent) for region in regions), parent.level + 1
     return Context(labels, names, regions, words_for(regions, names), level)

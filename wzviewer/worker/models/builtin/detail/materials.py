@@ -2,10 +2,17 @@
 
 ::
 
-    foliage ──► venation ──► cell ◄──► granule        fur ─┐
-                                                     bark ─┼─► fibre ↺
-    sand ──► rock ◄──► granite    skin ──► cell     straw ─┘
-    smooth ──► glaze ↺    plaster ↺    ripple ↺    sky ↺    weave ──► fibre
+    foliage ──► venation ─┐             fur, bark, straw, weave
+             skin, scales ┴─► cell                 │
+    ripple ──► plankton ──────┘│                   ▼
+                               ▼                 fibre ──► fibril ─┐
+                            granule ──► membrane ──► molecule ◄────┘
+                               ▲                        │
+    sand ─► rock ─┐            └──────── lattice ◄──────┘
+    plaster ──────┴─► granite ──► facet ────┘▲
+    smooth ──► glaze ↺        sky ↺          (then once more)
+
+Eight levels of x8 lead from a leaf to its atoms; who goes on finds grains again.
 """
 
 from dataclasses import dataclass
@@ -71,18 +78,25 @@ MATERIALS: dict[str, Material] = {
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3),
         _material("cell", "cells", "granule", 0.75, 0.012, 0.07, 0.3),
-        _material("granule", "grains of a cell", "cell", 0.9, 0.012, 0.07, 0.36),
-        _material("fibre", "fibres", "fibre", 1.0, 0.012, 0.07, 0.48),
+        _material("granule", "grains of a cell", "membrane", 0.9, 0.012, 0.07, 0.36),
+        _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.07, 0.48),
         _material("fur", "fur", "fibre", 0.9, 0.014, 0.05, 0.6),
         _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
         _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
         _material("brushed", "brushed metal", "brushed", 0.6, 0.008, 0.018, 0.12),
         _material("rock", "rock", "granite", 1.2, 0.016, 0.07, 1.2),
-        _material("granite", "crystals", "rock", 1.0, 0.014, 0.07, 0.84),
+        _material("granite", "crystals", "facet", 1.0, 0.014, 0.07, 0.84),
         _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),
         _material("skin", "skin or leather", "cell", 0.8, 0.008, 0.03, 0.24),
-        _material("plaster", "painted wall", "plaster", 0.6, 0.006, 0.026, 0.1),
-        _material("ripple", "water", "ripple", 0.8, 0.008, 0.014, 0.3),
+        _material("plaster", "painted wall", "grit", 0.6, 0.006, 0.026, 0.1),
+        _material("ripple", "water", "plankton", 0.8, 0.008, 0.014, 0.3),
+        _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.03, 0.2),
+        _material("plankton", "what lives in water", "cell", 0.8, 0.012, 0.06, 0.3),
+        _material("fibril", "strands of a fibre", "molecule", 0.9, 0.012, 0.07, 0.3),
+        _material("membrane", "folded membranes", "molecule", 0.9, 0.012, 0.07, 0.3),
+        _material("molecule", "great molecules", "lattice", 0.9, 0.012, 0.07, 0.2),
+        _material("lattice", "atoms in rows", "granule", 0.9, 0.012, 0.07, 0.1),
+        _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, 0.07, 0.3),
         _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24),
         _material("scales", "scales", "cell", 0.9, 0.016, 0.05, 0.3),
     )

@@ -34,8 +34,10 @@ from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painte
 Fractions = tuple[float, float, float, float]
 """``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
 
-HUE_DRIFT = np.array([0.3, -0.08, -0.25], np.float32)
-"""Direction in RGB in which material varies beside its luminance, warm to cool, hardly any luma in it."""
+HUES = np.array([[0.3, -0.08, -0.25], [-0.22, 0.2, -0.45], [0.35, -0.2, 0.11]], np.float32)
+"""Directions in RGB in which material varies beside its luminance, level by level: warm to cool, green to
+violet, pink to green; there is hardly any luma in them."""
+DEEP_HUE_GAIN = 1.6  # of what is invented wholly: a photograph's own colours would show the difference
 LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
 """In grey levels, at level 1 only; photographs at 2K measure 0.4 to 2.0 in their skies, about twice of what
 is left of it at the working size (0.26 to 0.83)."""
@@ -234,7 +236,8 @@ class DetailSynthesizer:
         job.check()
         base = roughened(base, texture, _roughness(job, place))
         detail = texture * self._sigma(job, place)
-        image = with_detail(base, detail, job.observation)
+        hue = HUES[(job.level - 1) % len(HUES)] * np.float32(1.0 if job.level <= 1 else DEEP_HUE_GAIN)
+        image = with_detail(base, detail, job.observation, hue)
         if job.grain_rms:
             image += film_grain(texture.shape, job.grain_rms, job.seeds)[..., None]
         job.check()
@@ -280,16 +283,24 @@ def doublings_for(factor: float) -> int:
     return max(1, math.ceil(math.log2(max(factor, 1.0) / 1.2)))
 
 
-def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray) -> FloatArray:
+def with_detail(
+    base: FloatArray, detail: FloatArray, observation: FloatArray, hue_per_level: FloatArray
+) -> FloatArray:
     """Returns base plus detail, in grey levels: half as light, half as paint, a little as hue.
 
     The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
     detail is taken out of it again.
+
+    Args:
+        base: ``(H, W, 3)`` in grey levels.
+        detail: ``(H, W)`` in grey levels.
+        observation: ``(h, w, 3)`` in grey levels.
+        hue_per_level: ``(3,)`` of the light that a grey level of detail shifts the colour by.
     """
     unseen = _unseen(detail, observation)
     hue = _unseen(np.roll(blurred(detail, 1.2), (113, 71), (0, 1)), observation)
     light = 0.5 * unseen / np.maximum(luma(base), 24)
-    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * HUE_DRIFT
+    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * hue_per_level
 
 
 def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
