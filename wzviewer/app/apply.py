@@ -20,6 +20,7 @@ from wzviewer.app import (
     preferring,
     prompting,
     recovery,
+    reopening,
     trail,
     viewing,
 )
@@ -93,6 +94,8 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.Redo: history.redo,
     cmd.Open: documents.open_path,
     cmd.OpenDemo: documents.open_demo,
+    cmd.RemoveRecent: reopening.remove,
+    cmd.ClearRecents: reopening.clear,
     cmd.AskOpen: documents.ask_open,
     cmd.Save: documents.save,
     cmd.SaveTo: documents.save_to,
@@ -146,6 +149,7 @@ def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     state = trail.note_place(state)
     recovery.keep(services, state)
     state = keeping.follow_film(services, state)
+    state = reopening.follow(services, state)
     return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 

@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 from wzviewer.app.filming import Filmer, FilmProcess
 from wzviewer.app.journal import Journal, NoJournal
 from wzviewer.app.look import Look
+from wzviewer.app.recents import NoRecents, RecentStore
 from wzviewer.app.settings import NoStore, Store
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
@@ -133,4 +134,5 @@ class Services:
     store: Store = field(default_factory=NoStore)
     journal: Journal = field(default_factory=NoJournal)
     filmer: Filmer = field(default_factory=FilmProcess)
+    recents: RecentStore = field(default_factory=NoRecents)
     copy: Callable[[str], None] = imgui.set_clipboard_text

@@ -100,15 +100,18 @@ class OffscreenWindow:
     Args:
         size_px: width and height.
         step_s: time that a frame stands for, so that runs repeat exactly.
+        scale: imgui units per point, as on a dense screen.
     """
 
-    def __init__(self, size_px: tuple[int, int] = START_SIZE, step_s: float = 1 / 60) -> None:
+    def __init__(
+        self, size_px: tuple[int, int] = START_SIZE, step_s: float = 1 / 60, scale: float = 1.0
+    ) -> None:
         self.context = create_context("egl")
-        self.scale, self._step_s = 1.0, step_s
+        self.scale, self._step_s = scale, step_s
         self._size_px = size_px
         self._framebuffer = self.context.ctx.simple_framebuffer(size_px, 3)
         self._io = _new_imgui()
-        self.fonts = apply_theme(1.0)
+        self.fonts = apply_theme(scale)
         imgui.backends.opengl3_init(GLSL)
 
     @property

@@ -5,9 +5,11 @@ from wzviewer.app.commands.base import (
 )
 from wzviewer.app.commands.documents import (
     AskOpen,
+    ClearRecents,
     Close,
     Open,
     OpenDemo,
+    RemoveRecent,
     Save,
     SaveTo,
     SettleRecovery,
@@ -69,6 +71,7 @@ __all__ = [
     "CancelJob",
     "ChangeSettings",
     "ChooseOffer",
+    "ClearRecents",
     "Close",
     "Command",
     "ConfirmPath",
@@ -93,6 +96,7 @@ __all__ = [
     "OpenDemo",
     "Panel",
     "Redo",
+    "RemoveRecent",
     "Resize",
     "Retry",
     "Save",
