@@ -3,6 +3,7 @@
 from imgui_bundle import imgui
 
 from wzviewer.app.input import Hand, read_input
+from wzviewer.app.keys import LETTERS
 from wzviewer.app.layout import arrange
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
@@ -13,7 +14,7 @@ class Screen:
 
     def __init__(self, fonts, width=1280, height=800):
         self.fonts, self.width, self.height, self.scale = fonts, width, height, 1.0
-        self.hand = Hand()
+        self.hand, self.letters = Hand(), LETTERS
         self.io = imgui.get_io()
         self.move(-1000, -1000)
 
@@ -28,7 +29,7 @@ class Screen:
         self.io.delta_time = 1 / 60
         imgui.new_frame()
         commands = list(draw(state, self.ui()))
-        self.hand, asked = read_input(state, self.hand)
+        self.hand, asked = read_input(state, self.hand, self.letters)
         imgui.render()
         return commands + asked
 

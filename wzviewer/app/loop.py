@@ -174,7 +174,7 @@ class App:
         """Draws the panels; returns what they and the input ask for."""
         ui = self._ui()
         commands = draw_screen(self.state, ui)
-        self._hand, asked = read_input(self.state, self._hand)
+        self._hand, asked = read_input(self.state, self._hand, self.window.letters)
         return commands + asked
 
     def _ui(self) -> Ui:
@@ -191,7 +191,8 @@ class App:
         pictures = (thumbnails.of_scene(state.scene), photo, backdrop)
         target_ms = 1e3 * self.services.renderer.target_s
         numbers = (statistics, tuple(self._times_ms), target_ms)
-        return Ui(layout, self.window.fonts, *pictures, *numbers, PALETTES[self._style[0]], recents)
+        rest = (PALETTES[self._style[0]], recents, self.window.letters)
+        return Ui(layout, self.window.fonts, *pictures, *numbers, *rest)
 
     def _start_picture(self) -> ByteArray | None:
         if self._backdrop is None and (path := demo_photo()) is not None:

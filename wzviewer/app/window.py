@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from imgui_bundle import imgui, implot  # before glfw: both must share the library that it ships
 
+from wzviewer.app.keys import LETTERS
 from wzviewer.app.theme import Fonts, apply_theme
 from wzviewer.core.types import ByteArray
 from wzviewer.errors import ContextError
@@ -48,6 +49,11 @@ class Window(Protocol):
     context: GlContext
     fonts: Fonts
     scale: float  # imgui units per point
+
+    @property
+    def letters(self) -> str:
+        """What is printed on the keyboard at the places of W A S D Q E."""
+        ...
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -113,6 +119,11 @@ class OffscreenWindow:
         self._io = _new_imgui()
         self.fonts = apply_theme(scale)
         imgui.backends.opengl3_init(GLSL)
+
+    @property
+    def letters(self) -> str:
+        """There is no keyboard: the American one."""
+        return LETTERS
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -218,6 +229,14 @@ class GlfwWindow:
 
     def _on_drop(self, window: object, paths: list[str]) -> None:
         self._dropped += [Path(p) for p in paths]
+
+    @property
+    def letters(self) -> str:
+        """What is printed at the places of W A S D Q E: glfw names keys by place, imgui by letter."""
+        places = (getattr(self._glfw, f"KEY_{letter.upper()}") for letter in LETTERS)
+        names = [self._glfw.get_key_name(place, 0) or "" for place in places]
+        pairs = zip(names, LETTERS, strict=True)
+        return "".join(name.lower() if len(name) == 1 and name.isascii() else usual for name, usual in pairs)
 
     @property
     def size_px(self) -> tuple[int, int]:

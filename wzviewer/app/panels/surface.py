@@ -9,6 +9,7 @@ from typing import TypeVar
 from imgui_bundle import imgui
 
 from wzviewer.app import theme
+from wzviewer.app.keys import LETTERS
 from wzviewer.app.layout import Layout, Rect
 from wzviewer.app.theme import Fonts
 from wzviewer.app.thumbnails import Thumbnail
@@ -40,6 +41,7 @@ class Ui:
         frame_times_ms: of the last pictures in motion.
         target_ms: that such a picture may take.
         colors: of the panels.
+        letters: printed at the places of W A S D Q E.
     """
 
     layout: Layout
@@ -52,6 +54,7 @@ class Ui:
     target_ms: float = 16.7
     colors: theme.Palette = theme.DARK
     recents: Mapping[Path, Thumbnail] = field(default_factory=dict)
+    letters: str = LETTERS
 
     def pt(self, points: float) -> float:
         """Points to imgui units."""
