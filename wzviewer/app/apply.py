@@ -14,6 +14,7 @@ from wzviewer.app import (
     auto,
     documents,
     generation,
+    hint,
     history,
     keeping,
     notices,
@@ -21,10 +22,12 @@ from wzviewer.app import (
     prompting,
     recovery,
     reopening,
+    summoning,
     trail,
     viewing,
 )
 from wzviewer.app import commands as cmd
+from wzviewer.app.logbook import log_event, log_notices
 from wzviewer.app.look import MODES
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
@@ -60,6 +63,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
     panels = state.panels
     if panels.dialog:
         return replace(state, after=None, panels=replace(panels, dialog="", dialog_path=""))
+    if summoning.is_summoned(state):
+        return summoning.dismissed(state)
     if panels.keep or panels.settings:
         return replace(state, panels=replace(panels, keep=False, settings=False))
     if panels.help:
@@ -118,6 +123,14 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.DismissToast: notices.dismiss,
     cmd.ExpandToast: notices.expand,
     cmd.Retry: notices.retry,
+    cmd.DismissHint: hint.dismiss,
+    cmd.OpenPalette: summoning.open_palette,
+    cmd.ClosePalette: summoning.close_palette,
+    cmd.EditPalette: summoning.edit_palette,
+    cmd.MarkEntry: summoning.mark_entry,
+    cmd.ToggleLog: summoning.toggle_log,
+    cmd.SetLogLevel: summoning.set_log_level,
+    cmd.CopyLog: summoning.copy_log,
     cmd.ChangeSettings: preferring.change_settings,
 }
 
@@ -126,6 +139,7 @@ def apply(services: Services, state: AppState, commands: Iterable[cmd.Command]) 
     """Carries out commands in order; a fault becomes a notice."""
     for command in commands:
         state = _guarded(HANDLERS[type(command)], services, state, command)
+        state = hint.after(services, state, command)
     return state
 
 
@@ -137,6 +151,7 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
         LOG.exception("poll failed")
         return state.with_toast(f"The worker cannot be reached: {error}", "error")
     for event in events:
+        log_event(event)
         state = _guarded(generation.on_event, services, state, event)
     state = _guarded(documents.open_next, services, state, None)
     if generation.is_goal_reached(state):
@@ -157,7 +172,9 @@ def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
 
 def _guarded(handler: Handler, services: Services, state: AppState, argument: object) -> AppState:
     try:
-        return handler(services, state, argument)
+        after = handler(services, state, argument)
+        log_notices(state, after)
+        return after
     except Exception as error:  # the frame loop outlives every fault of a handler
         LOG.exception("%s failed", getattr(handler, "__name__", handler))
         name = getattr(handler, "__name__", "this").replace("_", " ")

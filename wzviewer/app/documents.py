@@ -95,6 +95,7 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         picture_size=state.picture_size,
         film=state.film,
         recents=state.recents,
+        log=state.log,
     )
     if scene is not None:
         fresh = with_scene(services, fresh, scene, path)

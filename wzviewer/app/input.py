@@ -154,6 +154,10 @@ def _read_keys(state: AppState, letters: str) -> list[cmd.Command]:
     io = imgui.get_io()
     if state.panels.dialog:
         return _answer(state)
+    if state.palette.is_open:  # which reads its own
+        return []
+    if state.log.is_open and imgui.is_key_pressed(imgui.Key.escape, repeat=False):
+        return [cmd.Escape()]
     if io.want_text_input:  # keys are dead while typing; the prompt line reads its own Enter and Escape
         return []
     commands: list[cmd.Command] = []

@@ -120,6 +120,7 @@ class App:
         self.services.journal.close()
         self.services.filmer.close()
         self.services.recents.close()
+        self.services.log.detach()
         self._thumbnails.close()
         self.services.renderer.close()
         self.window.close()
@@ -191,8 +192,9 @@ class App:
         pictures = (thumbnails.of_scene(state.scene), photo, backdrop)
         target_ms = 1e3 * self.services.renderer.target_s
         numbers = (statistics, tuple(self._times_ms), target_ms)
-        rest = (PALETTES[self._style[0]], recents, self.window.letters)
-        return Ui(layout, self.window.fonts, *pictures, *numbers, *rest)
+        log = self.services.log.lines(state.log.level) if state.log.is_open else ()
+        colors, letters = PALETTES[self._style[0]], self.window.letters
+        return Ui(layout, self.window.fonts, *pictures, *numbers, colors, recents, letters, log)
 
     def _start_picture(self) -> ByteArray | None:
         if self._backdrop is None and (path := demo_photo()) is not None:
@@ -246,6 +248,8 @@ def run_app(
     if not headless:
         kept = (SettingsFile.of_user(), JournalFolder.of_user(), RecentFolder.of_user())
     app = App(window, WorkerClient(synthesizer), None, *kept)
+    if not headless:
+        app.services.log.attach()
     try:
         app.run(path, frames)
         if screenshot is not None:

@@ -9,6 +9,7 @@ from imgui_bundle import imgui
 
 from wzviewer.app.filming import Filmer, FilmProcess
 from wzviewer.app.journal import Journal, NoJournal
+from wzviewer.app.logbook import Logbook
 from wzviewer.app.look import Look
 from wzviewer.app.recents import NoRecents, RecentStore
 from wzviewer.app.settings import NoStore, Store
@@ -135,4 +136,5 @@ class Services:
     journal: Journal = field(default_factory=NoJournal)
     filmer: Filmer = field(default_factory=FilmProcess)
     recents: RecentStore = field(default_factory=NoRecents)
+    log: Logbook = field(default_factory=Logbook)
     copy: Callable[[str], None] = imgui.set_clipboard_text

@@ -11,6 +11,7 @@ from imgui_bundle import imgui
 from wzviewer.app import theme
 from wzviewer.app.keys import LETTERS
 from wzviewer.app.layout import Layout, Rect
+from wzviewer.app.logbook import LogLine
 from wzviewer.app.theme import Fonts
 from wzviewer.app.thumbnails import Thumbnail
 
@@ -41,6 +42,7 @@ class Ui:
         frame_times_ms: of the last pictures in motion.
         target_ms: that such a picture may take.
         colors: of the panels.
+        log: messages, while their window is open.
         letters: printed at the places of W A S D Q E.
     """
 
@@ -55,6 +57,7 @@ class Ui:
     colors: theme.Palette = theme.DARK
     recents: Mapping[Path, Thumbnail] = field(default_factory=dict)
     letters: str = LETTERS
+    log: Sequence[LogLine] = ()
 
     def pt(self, points: float) -> float:
         """Points to imgui units."""
