@@ -13,6 +13,8 @@ import numpy as np
 
 from wzviewer.app.journal import Leftover
 from wzviewer.app.look import Look
+from wzviewer.app.overlays import LogView, PaletteView
+from wzviewer.app.recents import Recents
 from wzviewer.app.settings import Settings
 from wzviewer.core.camera import Camera
 from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
@@ -242,6 +244,9 @@ class AppState:
         picture_size: of pictures and films, px; None is the window's.
         film: the film in the making.
         leftover: what a crash left behind, until the user has said what to do with it.
+        palette: of all commands.
+        log: its window.
+        recents: files that were open lately.
         next_path: to be opened once the running request has stopped.
         is_closing: whether the loop ends.
     """
@@ -272,6 +277,9 @@ class AppState:
     picture_size: tuple[int, int] | None = None
     film: Film | None = None
     leftover: Leftover | None = None
+    palette: PaletteView = field(default_factory=PaletteView)
+    log: LogView = field(default_factory=LogView)
+    recents: Recents = field(default_factory=Recents)
     next_path: Path | None = None
     now_s: float = 0.0
     is_worker_ready: bool = False

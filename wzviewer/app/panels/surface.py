@@ -3,12 +3,15 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TypeVar
 
 from imgui_bundle import imgui
 
 from wzviewer.app import theme
+from wzviewer.app.keys import LETTERS
 from wzviewer.app.layout import Layout, Rect
+from wzviewer.app.logbook import LogLine
 from wzviewer.app.theme import Fonts
 from wzviewer.app.thumbnails import Thumbnail
 
@@ -34,10 +37,13 @@ class Ui:
         thumbnails: by level index.
         photo: the flat picture, before E_0 exists.
         backdrop: the picture behind the start page.
+        recents: pictures of recent files.
         statistics: lines for the statistics panel.
         frame_times_ms: of the last pictures in motion.
         target_ms: that such a picture may take.
         colors: of the panels.
+        log: messages, while their window is open.
+        letters: printed at the places of W A S D Q E.
     """
 
     layout: Layout
@@ -49,6 +55,9 @@ class Ui:
     frame_times_ms: Sequence[float] = ()
     target_ms: float = 16.7
     colors: theme.Palette = theme.DARK
+    recents: Mapping[Path, Thumbnail] = field(default_factory=dict)
+    letters: str = LETTERS
+    log: Sequence[LogLine] = ()
 
     def pt(self, points: float) -> float:
         """Points to imgui units."""
@@ -193,7 +202,11 @@ def elided(text: str, width: float) -> str:
 
 
 def picture(
-    ui: Ui, thumbnail: Thumbnail | None, rect: tuple[float, float, float, float], is_here: bool
+    ui: Ui,
+    thumbnail: Thumbnail | None,
+    rect: tuple[float, float, float, float],
+    is_here: bool,
+    alpha: float = 1.0,
 ) -> None:
     """Draws a level's picture, cropped to a frame (x, y, width, height); a border says "here"."""
     x, y, width, height = rect
@@ -204,6 +217,6 @@ def picture(
         excess = thumbnail.aspect / (width / height)
         u, v = (0.5 - 0.5 / excess, 0.0) if excess > 1 else (0.0, 0.5 - 0.5 * excess)
         corners = ((x, y), (x + width, y + height), (u, v), (1 - u, 1 - v))
-        draw.add_image_rounded(thumbnail.ref, *corners, theme.u32((1, 1, 1, 1)), ui.pt(5))
+        draw.add_image_rounded(thumbnail.ref, *corners, theme.u32((1, 1, 1, alpha)), ui.pt(5))
     if is_here:
         draw.add_rect((x, y), (x + width, y + height), theme.u32(ui.colors.accent), ui.pt(5), ui.pt(1.5))
