@@ -7,14 +7,15 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.keys import label_of
 from wzviewer.app.layout import Rect
+from wzviewer.app.naming import name_in
 from wzviewer.app.panels.surface import Ui, elided, face, picture, plate, quiet, tooltip
-from wzviewer.app.panels.tree import details_of, title_of
+from wzviewer.app.panels.tree import details_of
 from wzviewer.app.panels.wording import magnification_text
 from wzviewer.app.places import level_here
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 from wzviewer.app.trail import can_go_back, can_go_forward
-from wzviewer.core.scene import Level
+from wzviewer.core.scene import Scene
 
 BUTTON_PT = (26.0, 30.0)
 PICTURE_PT = (40.0, 27.0)
@@ -34,7 +35,7 @@ def draw_breadcrumb(state: AppState, ui: Ui) -> list[cmd.Command]:
     with face(ui.fonts.regular, theme.SMALL_PT + 1.0):
         magnification = magnification_text(max(state.view.magnification, 0.0))
         fixed = ui.pt(2 * BUTTON_PT[0] + 3 * GAP_PT + 16) + imgui.calc_text_size(magnification).x
-        shown, width = fitting(path, [_width(ui, state.scene[i]) for i in path], rect.width - fixed, ui)
+        shown, width = fitting(path, [_width(ui, state.scene, i) for i in path], rect.width - fixed, ui)
         imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(8), ui.pt(8)))
         with plate("breadcrumb", Rect(rect.x, rect.y, fixed + width, rect.height)):
             commands += _steps(state, ui)
@@ -42,9 +43,9 @@ def draw_breadcrumb(state: AppState, ui: Ui) -> list[cmd.Command]:
             for number, index in enumerate(shown):
                 if number:
                     x = _arrow(ui, x, y, has_gap=number == 1 and shown[1] != path[1])
-                if _crumb(ui, state.scene[index], x, y, is_here=index == path[-1]):
+                if _crumb(ui, state.scene, index, x, y, is_here=index == path[-1]):
                     commands.append(cmd.GoToLevel(index))
-                x += _width(ui, state.scene[index])
+                x += _width(ui, state.scene, index)
             _label(ui, magnification, x + ui.pt(GAP_PT), y, ui.colors.accent)
         imgui.pop_style_var()
     return commands
@@ -74,14 +75,14 @@ def fitting(path: list[int], widths: list[float], room: float, ui: Ui) -> tuple[
     return [path[0], *path[last:]], width
 
 
-def name_of(level: Level) -> str:
+def name_of(scene: Scene, index: int) -> str:
     """Returns the name of a level in a crumb: its prompt without the article."""
-    title = title_of(level)
+    title = name_in(scene, index)
     return next((title[len(a) :] for a in ARTICLES if title.startswith(a)), title).lower()
 
 
-def _width(ui: Ui, level: Level) -> float:
-    name = min(imgui.calc_text_size(name_of(level)).x, ui.pt(NAME_PT))
+def _width(ui: Ui, scene: Scene, index: int) -> float:
+    name = min(imgui.calc_text_size(name_of(scene, index)).x, ui.pt(NAME_PT))
     return ui.pt(PICTURE_PT[0] + GAP_PT + 8) + name
 
 
@@ -104,19 +105,19 @@ def _steps(state: AppState, ui: Ui) -> list[cmd.Command]:
     return commands
 
 
-def _crumb(ui: Ui, level: Level, x: float, y: float, is_here: bool) -> bool:
-    width = _width(ui, level)
+def _crumb(ui: Ui, scene: Scene, index: int, x: float, y: float, is_here: bool) -> bool:
+    width = _width(ui, scene, index)
     imgui.set_cursor_screen_pos((x, y + ui.pt(6)))
-    pressed = imgui.invisible_button(f"crumb{level.index}", (width, ui.layout.breadcrumb.height - ui.pt(12)))
+    pressed = imgui.invisible_button(f"crumb{index}", (width, ui.layout.breadcrumb.height - ui.pt(12)))
     if imgui.is_item_hovered():
         lower, upper = imgui.get_item_rect_min(), imgui.get_item_rect_max()
         imgui.get_window_draw_list().add_rect_filled(lower, upper, u32(ui.colors.hover), ui.pt(6))
     top = y + (ui.layout.breadcrumb.height - ui.pt(PICTURE_PT[1])) / 2
     at = (x + ui.pt(4), top, ui.pt(PICTURE_PT[0]), ui.pt(PICTURE_PT[1]))
-    picture(ui, ui.thumbnails.get(level.index), at, is_here)
-    name = elided(name_of(level), ui.pt(NAME_PT))
+    picture(ui, ui.thumbnails.get(index), at, is_here)
+    name = elided(name_of(scene, index), ui.pt(NAME_PT))
     _label(ui, name, x + ui.pt(4 + PICTURE_PT[0] + GAP_PT), y, ui.colors.text if is_here else ui.colors.muted)
-    tooltip(details_of(level))
+    tooltip(details_of(scene, index))
     return pressed
 
 

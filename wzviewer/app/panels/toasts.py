@@ -7,7 +7,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, plate, wrapped
-from wzviewer.app.state import TOAST_S, AppState, Toast
+from wzviewer.app.state import AppState, Toast
 
 ICONS = {
     "info": (icons.ICON_FA_CIRCLE_INFO, "muted"),
@@ -62,6 +62,8 @@ def _buttons(ui: Ui, toast: Toast) -> list[cmd.Command]:
         imgui.same_line(0.0, ui.pt(6))
     if toast.retry is not None and imgui.button("Retry"):
         commands.append(cmd.Retry(toast.text))
+    if toast.button and toast.command is not None and imgui.button(toast.button):
+        commands += [toast.command, cmd.DismissToast(toast.text)]
     imgui.pop_style_var()
     return commands
 
@@ -74,4 +76,4 @@ def _opacity(toast: Toast, now_s: float) -> float:
     if toast.is_expanded:
         return 1.0
     age_s = now_s - toast.born_s
-    return max(min(age_s / FADE_S, (TOAST_S[toast.kind] - age_s) / FADE_S, 1.0), 0.05)
+    return max(min(age_s / FADE_S, (toast.life_s - age_s) / FADE_S, 1.0), 0.05)
