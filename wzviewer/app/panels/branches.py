@@ -15,7 +15,8 @@ class Row:
         is_seen: whether the level is drawn; hidden ones are greyed.
         passing: depths at which a line passes by, to a sibling further below.
         is_last: whether no sibling follows.
-        variants: number of its variants, itself included.
+        variants: how many variants there are of it, itself included.
+        number: which of them it is, from 1.
     """
 
     index: int
@@ -24,22 +25,23 @@ class Row:
     passing: frozenset[int] = frozenset()
     is_last: bool = True
     variants: int = 1
+    number: int = 1
 
 
 def tree_rows(scene: Scene) -> list[Row]:
     """Returns the rows, children below their parent; of variants one, removed levels not at all."""
     children: dict[int | None, list[int]] = {}
-    counts: dict[int, int] = {}
+    counts: dict[int, tuple[int, int]] = {}
     for group in _groups(scene):
         index = next((i for i in group if scene.mark(i).sight == "shown"), group[-1])
-        counts[index] = len(group)
+        counts[index] = (len(group), group.index(index) + 1)
         children.setdefault(scene[index].parent, []).append(index)
     rows: list[Row] = []
     waiting = [(i, 0, True, frozenset[int](), True) for i in children.get(None, [])]
     while waiting:
         index, depth, is_seen, passing, is_last = waiting.pop()
         is_seen = is_seen and scene.mark(index).sight == "shown"
-        rows.append(Row(index, depth, is_seen, passing, is_last, counts[index]))
+        rows.append(Row(index, depth, is_seen, passing, is_last, *counts[index]))
         below = sorted(children.get(index, []))
         on = passing if is_last else passing | {depth}
         waiting += [(i, depth + 1, is_seen, on, i == below[-1]) for i in reversed(below)]

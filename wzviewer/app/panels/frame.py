@@ -16,6 +16,7 @@ from wzviewer.core.camera import Camera
 
 TICK_PT = 14.0  # of the corners of a frame that is only offered
 DIM: theme.Rgba = (0.0, 0.0, 0.0, 0.38)  # around a frame while it is drawn
+PILL: theme.Rgba = (0.05, 0.055, 0.065, 0.72)  # behind a label
 EDGE: theme.Rgba = (0.0, 0.0, 0.0, 0.55)  # beside the line, so that it is seen on any picture
 
 
@@ -110,10 +111,10 @@ def _label(ui: Ui, rect: Rect, text: str, color: theme.Rgba) -> None:
     draw = imgui.get_background_draw_list()
     with face(ui.fonts.regular, theme.SMALL_PT):
         size = imgui.calc_text_size(text)
-        x = min(max(rect.x, ui.pt(6)), ui.layout.window.width - size.x - ui.pt(6))
-        y = rect.bottom + ui.pt(5)
+        x = min(max(rect.x + ui.pt(7), ui.pt(12)), ui.layout.window.width - size.x - ui.pt(12))
+        y = rect.bottom + ui.pt(8)
         if y + size.y > ui.layout.prompt.y - ui.pt(6):
             y = min(rect.bottom, ui.layout.prompt.y) - size.y - ui.pt(8)
-        for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            draw.add_text((x + ui.pt(dx), y + ui.pt(dy)), u32((0.0, 0.0, 0.0, 0.6)), text)
+        low, high = (x - ui.pt(7), y - ui.pt(2)), (x + size.x + ui.pt(7), y + size.y + ui.pt(3))
+        draw.add_rect_filled(low, high, u32(PILL), ui.pt(6))
         draw.add_text((x, y), u32(color), text)

@@ -9,10 +9,10 @@ from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, face, plate, shade
 from wzviewer.app.state import AppState
 
-SIZE_PT = (800.0, 530.0)
+SIZE_PT = (800.0, 600.0)
 COLUMNS = (("Look", "Make"), ("File", "Panels"))
 KEY_PT = 150.0  # width of the keys, before what they do
-ROW_PT, HEAD_PT = 26.0, 34.0
+ROW_PT, HEAD_PT = 23.0, 30.0
 
 
 def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:

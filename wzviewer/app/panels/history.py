@@ -31,7 +31,7 @@ def draw_history(state: AppState, ui: Ui) -> list[cmd.Command]:
     bar, entries = ui.layout.toolbar, state.history.entries
     rows = min(len(entries) + 1, MAX_ROWS)
     room = ui.layout.window.height - bar.bottom - ui.pt(30)
-    height = min(ui.pt(12 + 34 + rows * ROW_PT), room)
+    height = min(ui.pt(42 + rows * ROW_PT), room)
     rect = Rect(bar.x, bar.bottom + ui.pt(8), min(ui.pt(WIDTH_PT), bar.width), height)
     commands: list[cmd.Command] = []
     imgui.push_style_var(imgui.StyleVar_.item_spacing.value, (0.0, 0.0))

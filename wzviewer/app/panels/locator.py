@@ -13,7 +13,7 @@ from wzviewer.app.theme import u32
 
 PADDING_PT = 4.0
 SMALLEST_PT = 7.0  # of the frame; a smaller one is a cross
-CROSS_PT, HOLE_PT = 11.0, 4.0
+CROSS_PT, HOLE_PT = 15.0, 6.0
 
 
 def draw_locator(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -61,14 +61,16 @@ def _mark(ui: Ui, inner: Rect, here: Location) -> None:
     draw = imgui.get_window_draw_list()
     x0, x1 = (inner.x + share * inner.width for share in (here.left, here.right))
     y0, y1 = (inner.y + share * inner.height for share in (here.top, here.bottom))
+    x, y = (x0 + x1) / 2, (y0 + y1) / 2
     lines: list[tuple[tuple[float, float], tuple[float, float]]] = []
     if x1 - x0 < ui.pt(SMALLEST_PT):
-        x, y = (x0 + x1) / 2, (y0 + y1) / 2
         hole, end = ui.pt(HOLE_PT), ui.pt(CROSS_PT)
         for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             lines.append(((x + dx * hole, y + dy * hole), (x + dx * end, y + dy * end)))
-    for color, width in (((0.0, 0.0, 0.0, 0.7), 3.5), (theme.DARK.accent, 1.8)):
+    for color, width in (((0.0, 0.0, 0.0, 0.75), 4.5), (theme.DARK.accent, 2.2)):
         if not lines:
             draw.add_rect((x0, y0), (x1, y1), u32(color), ui.pt(2), ui.pt(width))
+        if lines:
+            draw.add_circle((x, y), ui.pt(HOLE_PT), u32(color), 0, ui.pt(width))
         for a, b in lines:
             draw.add_line(a, b, u32(color), ui.pt(width))

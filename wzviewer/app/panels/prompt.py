@@ -56,7 +56,8 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
         asked, is_typing = _line(state, ui, rect)
         commands += asked
     imgui.pop_style_var()
-    above = Rect(rect.x, rect.y - ui.pt(8), rect.width, 0.0)
+    base = ui.layout.stack if state.panels.tree and len(state.scene) else rect
+    above = Rect(base.x, rect.y - ui.pt(8), base.width, 0.0)
     stack: list[tuple[bool, Callable[[AppState, Ui, Rect], tuple[list[cmd.Command], float]]]] = [
         (is_typing and bool(state.offers) and not state.refusal, draw_offers),
         (state.panels.materials, draw_materials),

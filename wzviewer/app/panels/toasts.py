@@ -45,12 +45,32 @@ def _draw(ui: Ui, toast: Toast) -> list[cmd.Command]:
     with colored(getattr(ui.colors, color)):
         imgui.text_unformatted(icon)
     imgui.same_line(0.0, ui.pt(8))
+    room = imgui.get_content_region_avail().x
     imgui.push_text_wrap_pos(0.0)
     imgui.text_unformatted(toast.text)
     imgui.pop_text_wrap_pos()
+    beside = _beside(ui, toast, room)
     if toast.is_expanded:
         wrapped(ui, toast.details[-MAX_DETAILS:], ui.colors.muted, theme.SMALL_PT - 1.0)
-    return _buttons(ui, toast)
+    return beside if beside is not None else _buttons(ui, toast)
+
+
+def _beside(ui: Ui, toast: Toast, room: float) -> list[cmd.Command] | None:
+    """The only button beside a short text; None where it has to stand below."""
+    width = imgui.calc_text_size(toast.button).x + ui.pt(16)
+    is_alone = bool(toast.button) and not toast.details and toast.retry is None
+    if toast.command is None or not is_alone:
+        return None
+    if imgui.calc_text_size(toast.text).x + width + ui.pt(10) > room:
+        return None
+    left = imgui.get_window_width() - imgui.get_style().window_padding.x - width
+    imgui.same_line(left)
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(8), ui.pt(2)))
+    imgui.set_cursor_pos_y(imgui.get_cursor_pos_y() - ui.pt(2))
+    with colored(ui.colors.accent):
+        pressed = imgui.button(toast.button, (width, 0.0))
+    imgui.pop_style_var()
+    return [toast.command, cmd.DismissToast(toast.text)] if pressed else []
 
 
 def _buttons(ui: Ui, toast: Toast) -> list[cmd.Command]:

@@ -37,6 +37,8 @@ def draw_tree(state: AppState, ui: Ui) -> list[cmd.Command]:
     imgui.push_style_var(imgui.StyleVar_.item_spacing.value, (0.0, ui.pt(GAP_PT)))
     with plate("tree", type(rect)(rect.x, rect.y, rect.width, height), scrolls=True):
         nearest = level_here(state)
+        if state.renaming is None:
+            _changes("renaming", -1)
         for row in rows:
             commands += _row(state, ui, row, row.index == nearest)
     imgui.pop_style_var(2)
@@ -47,50 +49,50 @@ def _row(state: AppState, ui: Ui, row: Row, is_here: bool) -> list[cmd.Command]:
     commands: list[cmd.Command] = []
     index, at = row.index, imgui.get_cursor_screen_pos()
     width, height = imgui.get_content_region_avail().x, ui.pt(ROW_PT)
-    imgui.set_next_item_allow_overlap()
+    corner = (at.x + width, at.y + height)
+    is_hovered = imgui.is_window_hovered() and imgui.is_mouse_hovering_rect((at.x, at.y), corner)
+    if is_hovered or is_here:
+        shade = ui.colors.hover if is_hovered else ui.colors.field
+        imgui.get_window_draw_list().add_rect_filled((at.x, at.y), corner, u32(shade), ui.pt(7))
+    _lines(ui, row, at.x, at.y)
+    opacity = 1.0 if row.is_seen else HIDDEN_ALPHA
+    x = at.x + ui.pt(5 + INDENT_PT * min(row.depth, MAX_INDENT))
+    frame = (x, at.y + ui.pt(5), ui.pt(PICTURE_PT), height - ui.pt(10))
+    picture(ui, ui.thumbnails.get(index), frame, is_here, opacity)
+    has_eye = index > 0 and (is_hovered or not row.is_seen)
+    right, text_x = corner[0] - ui.pt(EYE_PT + 2 if has_eye else 4), x + ui.pt(PICTURE_PT + 9)
+    imgui.push_style_var(imgui.StyleVar_.alpha.value, opacity)
+    _words(state, ui, row, text_x, at.y + ui.pt(10), right)
+    imgui.pop_style_var()
+    # What lies on the row comes first: of items in one place the first one has the mouse.
+    if state.renaming == index:
+        commands += _rename(state, ui, index, (text_x - ui.pt(5), at.y + ui.pt(5)), corner[0])
+    elif has_eye:
+        commands += _eye(state, ui, index, (corner[0] - ui.pt(EYE_PT + 2), at.y + ui.pt(16)))
+    imgui.set_cursor_screen_pos(at)
     pressed = imgui.invisible_button(f"level{index}", (width, height))
     if is_here:
         _follow(index)
-    is_hovered = imgui.is_item_hovered(imgui.HoveredFlags_.allow_when_overlapped_by_item.value)
-    if is_hovered and imgui.is_mouse_double_clicked(0):
+    if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(0):
         commands.append(cmd.BeginRename(index))
     elif pressed:
         commands.append(cmd.GoToLevel(index))
     tooltip(details_of(state.scene, index))
-    commands += _menu(state, row)
-    draw = imgui.get_window_draw_list()
-    if is_hovered or is_here:
-        shade = ui.colors.hover if is_hovered else ui.colors.field
-        draw.add_rect_filled((at.x, at.y), (at.x + width, at.y + height), u32(shade), ui.pt(7))
-    _lines(ui, row, at.x, at.y)
-    x = at.x + ui.pt(5 + INDENT_PT * min(row.depth, MAX_INDENT))
-    imgui.push_style_var(imgui.StyleVar_.alpha.value, 1.0 if row.is_seen else HIDDEN_ALPHA)
-    picture(
-        ui,
-        ui.thumbnails.get(index),
-        (x, at.y + ui.pt(5), ui.pt(PICTURE_PT), height - ui.pt(10)),
-        is_here,
-        1.0 if row.is_seen else HIDDEN_ALPHA,
-    )
-    has_eye = index > 0 and (is_hovered or not row.is_seen)
-    right = at.x + width - ui.pt(EYE_PT + 2 if has_eye else 4)
-    text_x = x + ui.pt(PICTURE_PT + 9)
-    if state.renaming == index:
-        imgui.pop_style_var()
-        return commands + _rename(state, ui, index, (text_x - ui.pt(4), at.y + ui.pt(4)), at.x + width)
-    _words(state, ui, row, text_x, at.y + ui.pt(10), right)
-    imgui.pop_style_var()
-    if has_eye:
-        commands += _eye(state, ui, index, (at.x + width - ui.pt(EYE_PT + 2), at.y + ui.pt(16)))
-    return commands
+    return commands + _menu(state, row)
 
 
 def _follow(index: int) -> None:
     """Scrolls to the level that one is in, once when it becomes another."""
-    storage, key = imgui.get_state_storage(), imgui.get_id("here")
-    if storage.get_int(key, -1) != index:
-        storage.set_int(key, index)
+    if _changes("here", index):
         imgui.set_scroll_here_y(0.5)
+
+
+def _changes(what: str, value: int) -> bool:
+    """Whether a number is another than in the frame before, as the window remembers it."""
+    storage, key = imgui.get_state_storage(), imgui.get_id(what)
+    before = storage.get_int(key, -1)
+    storage.set_int(key, value)
+    return bool(before != value)
 
 
 def _lines(ui: Ui, row: Row, x: float, y: float) -> None:
@@ -126,28 +128,23 @@ def _eye(state: AppState, ui: Ui, index: int, at: tuple[float, float]) -> list[c
         pressed = imgui.button(f"{icon}##eye{index}", (ui.pt(EYE_PT), ui.pt(EYE_PT)))
     imgui.pop_style_var()
     tooltip("Hide this and what is inside" if is_shown else "Show it again")
-    imgui.set_cursor_screen_pos((imgui.get_window_pos().x + imgui.get_style().window_padding.x, at[1]))
-    imgui.dummy((0.0, ui.pt(ROW_PT - 16)))  # the next row begins where this one ends
     return [cmd.ShowLevel(index, not is_shown)] if pressed else []
 
 
 def _rename(state: AppState, ui: Ui, index: int, at: tuple[float, float], right: float) -> list[cmd.Command]:
     """The name as a line of text: Enter and a click elsewhere take it, Escape does not."""
-    back = imgui.get_cursor_screen_pos()
     imgui.set_cursor_screen_pos(at)
-    imgui.set_next_item_width(right - at[0] - ui.pt(2))
-    if not imgui.is_any_item_active():
+    imgui.set_next_item_width(right - at[0] - ui.pt(3))
+    if _changes("renaming", index):
         imgui.set_keyboard_focus_here()
-    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(4), ui.pt(3)))
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(5), ui.pt(3)))
     flags = imgui.InputTextFlags_.auto_select_all.value
-    _, text = imgui.input_text(f"##name{index}", name_in(state.scene, index), flags)
+    with colored(ui.colors.solid, imgui.Col_.frame_bg):
+        _, text = imgui.input_text(f"##name{index}", name_in(state.scene, index), flags)
     imgui.pop_style_var()
-    is_over, is_left = imgui.is_item_deactivated(), imgui.is_key_pressed(imgui.Key.escape)
-    imgui.set_cursor_screen_pos(back)
-    imgui.dummy((0.0, 0.0))
-    if is_over:
-        return [cmd.EndRename() if is_left else cmd.RenameLevel(index, text)]
-    return []
+    if not imgui.is_item_deactivated():
+        return []
+    return [cmd.EndRename() if imgui.is_key_pressed(imgui.Key.escape) else cmd.RenameLevel(index, text)]
 
 
 def _menu(state: AppState, row: Row) -> list[cmd.Command]:
@@ -187,7 +184,7 @@ def _words(state: AppState, ui: Ui, row: Row, x: float, y: float, right: float) 
     level, is_making = state.scene[index], not state.scene.is_committed(index)
     line = "in the making" if is_making else magnification_text(state.scene.magnification(index))
     if row.variants > 1:
-        line += f" · 1 of {row.variants}"
+        line += f" · {row.number} of {row.variants}"
     elif not is_making and right - x > ui.pt(95):
         line += f" · {count_text(len(level.surfels))}"
     with face(ui.fonts.regular):
