@@ -87,7 +87,9 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         View.at_home(Camera.initial(width, height), width, height),
         name=path.name,
         toasts=state.toasts,
-        panels=Panels(tree=state.panels.tree, statistics=state.panels.statistics),
+        panels=Panels(
+            tree=state.panels.tree, statistics=state.panels.statistics, locator=state.panels.locator
+        ),
         now_s=state.now_s,
         is_worker_ready=state.is_worker_ready,
         vocabulary=state.vocabulary,
@@ -116,7 +118,7 @@ def with_scene(services: Services, state: AppState, scene: Scene, path: Path | N
     view = View.at_home(scene[0].camera, state.view.camera.width, state.view.camera.height)
     centre = view.camera.unproject(view.camera.width / 2, view.camera.height / 2, scene[0].anchor_depth)
     state = replace(state, view=replace(view, focus=centre), scene=scene, path=path)
-    return replace(state, undone=restored(scene), saved=(state.num_finished, scene.hidden))
+    return replace(state, history=restored(scene), saved=(state.num_finished, scene.marks))
 
 
 # ------------------------------------------------------------------ saving
@@ -139,7 +141,7 @@ def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppStat
         save_scene(state.scene, path)
     except (WzError, OSError) as error:
         return state.with_toast(str(error), "error")
-    saved = (state.num_finished, state.scene.hidden)
+    saved = (state.num_finished, state.scene.marks)
     state = replace(state, path=path, name=path.name, saved=saved)
     note_document(services, state, path)
     state = state.with_toast(f"Saved {path.name}.", "done")

@@ -3,7 +3,7 @@
 ::
 
     scene.wz
-      manifest.json                       format, version, levels (headers), hidden; unknown fields kept
+      manifest.json                       format, version, levels (headers), marks; unknown fields kept
       levels/000/surfels.safetensors      packed surfels (core.packing) and coverage
       levels/000/image.png                I_0
       levels/000/depth.safetensors        relief and further maps
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from wzviewer.core.assembly import MAP_PREFIX, level_of, surfel_arrays
 from wzviewer.core.constants import MAX_LEVELS
+from wzviewer.core.marks import FIELDS, marks_from_json, marks_to_json
 from wzviewer.core.photos import decode_png, encode_png, whole_file
 from wzviewer.core.records import Json, header_of
 from wzviewer.core.scene import PHOTO, Level, Scene
@@ -54,7 +55,7 @@ def write_scene(scene: Scene, file: BinaryIO) -> None:
         "format": FORMAT,
         "version": VERSION,
         "levels": [header_of(level) for level in levels],
-        "hidden": sorted(i for i in scene.hidden if i < len(levels)),
+        **marks_to_json({i: mark for i, mark in scene.marks.items() if i < len(levels)}),
     }
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
         _put(archive, "manifest.json", json.dumps(manifest, indent=1).encode())
@@ -114,14 +115,13 @@ def _read_scene(archive: zipfile.ZipFile, name: str) -> Scene:
     if not isinstance(manifest.get("version"), int) or manifest["version"] > VERSION:
         raise InputError(name, f"has version {manifest.get('version')}", "Update wzviewer.")
     scene = Scene()
-    known = ("format", "version", "levels", "hidden")
+    known = ("format", "version", "levels", *FIELDS)
     scene.unknown_fields = {k: v for k, v in manifest.items() if k not in known}
     for index, header in enumerate(manifest["levels"][:MAX_LEVELS]):
         scene.append(get_level(archive, index, header))
         scene.commit(index)
-    for hidden in manifest.get("hidden", []):
-        if isinstance(hidden, int) and 0 < hidden < len(scene):
-            scene.hide(hidden)
+    for index, mark in marks_from_json(manifest, len(scene)).items():
+        scene.set_mark(index, mark)
     if not len(scene):
         raise ValueError("no levels")
     return scene

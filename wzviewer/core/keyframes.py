@@ -220,7 +220,7 @@ def moved(camera: Camera, focus: DoubleArray, by: DoubleArray) -> Camera:
     """Returns a camera after a motion (9,); `motion` undoes it."""
     if by[3:].any():
         p, before = camera.to_camera(focus), camera.project(focus)
-        rotation = navigation.turned(camera.rotation, by[3:6])
+        rotation = navigation.turned_rotation(camera.rotation, by[3:6])
         camera = replace(
             camera, camera_from_world=navigation.pose_through(rotation, focus, p + p[2] * by[6:])
         )

@@ -277,7 +277,7 @@ def _resized_to(camera: Camera, other: Camera) -> Camera:
 
 def slerp(start: DoubleArray, end: DoubleArray, s: float) -> DoubleArray:
     """Returns the rotation (3, 3) at a fraction of the great circle between two rotations."""
-    return turned(start, s * turn_of(end @ start.T))
+    return turned_rotation(start, s * turn_of(end @ start.T))
 
 
 def turn_of(rotation: DoubleArray) -> DoubleArray:
@@ -291,7 +291,7 @@ def turn_of(rotation: DoubleArray) -> DoubleArray:
     return axis / length * angle_rad
 
 
-def turned(rotation: DoubleArray, by: DoubleArray) -> DoubleArray:
+def turned_rotation(rotation: DoubleArray, by: DoubleArray) -> DoubleArray:
     """Returns a rotation (3, 3) turned by a rotation vector (3,), rad."""
     angle_rad = float(np.linalg.norm(by))
     axis = by / angle_rad if angle_rad > 0.0 else np.array([0.0, 1.0, 0.0])

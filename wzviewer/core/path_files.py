@@ -138,7 +138,9 @@ def facing(camera: Camera) -> Camera:
     turn = np.cross(ray / length, [0.0, 0.0, 1.0])
     sine = float(np.linalg.norm(turn))
     turn = turn * (math.asin(min(sine, 1.0)) / sine) if sine > 0.0 else turn
-    rotation = navigation.turned(np.eye(3), turn) @ camera.rotation if sine > 0.0 else camera.rotation
+    rotation = (
+        navigation.turned_rotation(np.eye(3), turn) @ camera.rotation if sine > 0.0 else camera.rotation
+    )
     pose = np.eye(4)
     pose[:3, :3] = rotation
     pose[:3, 3] = -rotation @ camera.position if sine > 0.0 else camera.camera_from_world[:3, 3]
@@ -288,7 +290,7 @@ def _pinhole(world_from_camera: DoubleArray, fov_rad: float, size: tuple[int, ..
     matrix = world_from_camera @ FLIP
     rotation = matrix[:3, :3].T
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > UNEDITED:
-        rotation = navigation.turned(rotation, np.zeros(3))
+        rotation = navigation.turned_rotation(rotation, np.zeros(3))
     pose = np.eye(4)
     pose[:3, :3] = rotation
     pose[:3, 3] = -rotation @ matrix[:3, 3]
