@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Body
-from wzviewer.worker.models.builtin.objects.march import LAYERS, occlude, trace
+from wzviewer.worker.models.builtin.objects.march import LAYERS, approach, occlude, trace
 from wzviewer.worker.models.builtin.objects.patterns import SHADED, SHEET, evaluate
 from wzviewer.worker.models.builtin.objects.shading import Setting, shade
 from wzviewer.worker.models.builtin.objects.terms import OPAQUE, OUTPUTS
@@ -105,6 +105,7 @@ class Scene:
         self.casters = np.ascontiguousarray(self.primitives[self.primitives[:, 35] > 0.5])
         self.columns = -(-width // TILE)
         self.ids, self.spans = self._lists()
+        self.start = self._starts()
 
     def _lists(self) -> tuple[LongArray, LongArray]:
         """Bins bounding spheres into tiles; returns (ids, spans) of `march.trace`."""
@@ -121,6 +122,16 @@ class Scene:
         ends = np.cumsum(np.bincount(tile, minlength=rows * self.columns))
         spans = np.stack([np.concatenate([[0], ends[:-1]]), ends], 1)
         return np.ascontiguousarray(ids, np.int64), np.ascontiguousarray(spans, np.int64)
+
+    def _starts(self) -> DoubleArray:
+        """Returns (tiles,) how far all rays of a tile go before any of them meets something."""
+        start: DoubleArray = np.zeros(len(self.spans))
+        rows, columns = np.divmod(np.arange(len(self.spans)), self.columns)
+        centres = (np.stack([columns, rows], 1) + 0.5) * TILE
+        radius = 0.5 * TILE * np.sqrt(2.0) * self.px
+        lists = self.primitives, self.body.outlines, self.ids, self.spans
+        approach(*lists, centres, self.frame, radius, start)
+        return start
 
     def pixels(self) -> LongArray:
         """Returns (n, 2) x, y of the pixels in tiles that hold a primitive, tile by tile."""
@@ -148,6 +159,7 @@ class Scene:
             self.spans,
             rays,
             tile,
+            self.start,
             self.frame,
             self.px,
             depth,
@@ -336,10 +348,10 @@ def _occlusion(
     if scene.pose.size_px < _CLOSE_PX:
         return scene.occlusion(starts, normals, setting.to_light)
     block = (rays[:, 1] // 2).astype(np.int64) * scene.width + (rays[:, 0] // 2).astype(np.int64)
-    _, first, inverse = np.unique(block, return_index=True, return_inverse=True)
+    group = scene.primitives[hit, 29].astype(np.int64)
+    _, first, inverse = np.unique(block * (group.max() + 1) + group, return_index=True, return_inverse=True)
     spoken = first[inverse]
-    group = scene.primitives[hit, 29]
-    alike = (group == group[spoken]) & ((normals * normals[spoken]).sum(1) > 0.95)
+    alike = (normals * normals[spoken]).sum(1) > 0.95
     alike[first] = False
     own = np.flatnonzero(~alike)
     out: DoubleArray = np.ones((len(hit), 2))
