@@ -11,6 +11,7 @@
         │  └ traits, sheets, baking            colours; outlines and veins -> 2-D distance textures
         │    substances                        the same body in gold, wood, stone, glass, moss
         ▼
+    places       "on the sunflower" -> a spot in the picture, by its look
     placement    relief of the support -> pose (tilt, heading, size), contact
         ▼
     render ── thin         hairs widened to a pixel, balls that hold thin parts

@@ -5,7 +5,14 @@ import numpy as np
 
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.objects import composite
-from wzviewer.worker.models.builtin.objects.inserting import Check, body_of, plane_image, setting_of, without
+from wzviewer.worker.models.builtin.objects.inserting import (
+    Check,
+    body_of,
+    drowned,
+    plane_image,
+    setting_of,
+    without,
+)
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support, hidden_by
 from wzviewer.worker.models.builtin.objects.render import Scene, render
@@ -30,7 +37,7 @@ def march_again(
     if not (scene.spans[:, 1] > scene.spans[:, 0]).any():
         return None
     setting = setting_of(placed, body)
-    layer = render(scene, setting, check)
+    layer = drowned(render(scene, setting, check), placed.water)
     mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
     if mask.mean() < 2e-4:
         return None

@@ -1,6 +1,6 @@
 """What an edit leaves behind: the picture, its objects' geometry, and how each can be marched again."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Tint
 from wzviewer.worker.models.builtin.objects.lighting import Light
 from wzviewer.worker.models.builtin.objects.placement import Plane
-from wzviewer.worker.models.builtin.objects.render import Pose
+from wzviewer.worker.models.builtin.objects.pose import Pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +24,7 @@ class Placement:
         light: the photograph's light there.
         bounce: (r, g, b) linear light from the support.
         width_px: its picture's width there.
+        water: (r, g, b) linear colour of the water that it is under; None in air.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Placement:
     light: Light
     bounce: tuple[float, float, float]
     width_px: float
+    water: tuple[float, float, float] | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Returns a JSON-able form."""
@@ -56,6 +58,7 @@ class Placement:
             "light": self.light.to_dict(),
             "bounce": list(self.bounce),
             "width_px": self.width_px,
+            "water": self.water,
         }
 
     @classmethod
@@ -76,6 +79,7 @@ class Placement:
             light=Light.from_dict(data["light"]),  # type: ignore[arg-type]
             bounce=tuple(data["bounce"]),  # type: ignore[arg-type]
             width_px=float(data["width_px"]),  # type: ignore[arg-type]
+            water=tuple(data["water"]) if data.get("water") else None,  # type: ignore[arg-type]
         )
 
 
@@ -90,6 +94,7 @@ class EditResult:
         alpha: (h, w) float32 coverage by objects.
         shadow: (h, w) float32, share of its light that the support keeps; 1 is none lost.
         placements: one for each object, JSON-able by `to_dict`.
+        places: for each place of the prompt {"object", "place", "found"}.
     """
 
     image: FloatArray
@@ -98,6 +103,7 @@ class EditResult:
     alpha: FloatArray
     shadow: FloatArray
     placements: tuple[Placement, ...] = field(default=())
+    places: tuple[dict[str, object], ...] = field(default=())
 
 
 def unchanged(image: FloatArray) -> EditResult:
@@ -137,13 +143,4 @@ def shifted(placed: Placement, shift: float) -> Placement:
     """Returns a placement moved along the rays by native px."""
     lift = placed.lift
     moved = Plane(lift.x0, lift.y0, lift.at + shift, lift.slope_x, lift.slope_y)
-    return Placement(
-        placed.name,
-        placed.seed,
-        placed.tint,
-        placed.pose,
-        moved,
-        placed.light,
-        placed.bounce,
-        placed.width_px,
-    )
+    return replace(placed, lift=moved)
