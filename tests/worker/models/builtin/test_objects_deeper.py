@@ -55,7 +55,7 @@ def deeper(result, relief, at=None):
     )
 
 
-@pytest.mark.parametrize("name", ["bird", "fish", "lizard", "coin", "crystal", "cat at night"])
+@pytest.mark.parametrize("name", ["bird", "fish", "lizard", "coin", "crystal", "feather", "cat at night"])
 def test_shrunk_it_equals_its_parent(name):
     support = Support(floor(), 1200.0)
     result = EDITOR.apply(EDITOR.parse(f"a big {name}"), picture(), support, 1)

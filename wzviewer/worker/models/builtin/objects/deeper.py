@@ -17,6 +17,7 @@ from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement,
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support, hidden_by
 from wzviewer.worker.models.builtin.objects.render import Scene, render
 
+_OPAQUE = 0.94  # a sheet of feather or wing covers .96 at most
 _BAND_LIMITS = (40 / 255, 20 / 255, 10 / 255)  # how far each step may pull back to the parent's picture
 
 
@@ -110,7 +111,7 @@ def _toward_parent(picture: FloatArray, base: FloatArray, alpha: FloatArray, fac
     size = (max(round(w / factor), 1), max(round(h / factor), 1))
     # Around the body's outline the coarser picture is a mixture: only what lies beyond it counts.
     k = np.ones((int(1.5 * factor) | 1,) * 2, np.uint8)
-    inside = cv2.erode((alpha > 0.98).astype(np.float32), k, borderValue=1)
+    inside = cv2.erode((alpha > _OPAQUE).astype(np.float32), k, borderValue=1)
     outside = cv2.erode((alpha < 0.02).astype(np.float32), k, borderValue=1)
     off = np.abs(base - picture)[inside > 0.5]
     # Where weather has changed the body, the parent's picture is right and what is marched here is not.
