@@ -62,7 +62,7 @@ def test_shrunk_it_equals_its_parent(name):
     crop, finer = deeper(result, floor())
     assert finer is not None
     shrunk = cv2.resize(finer.image, crop.shape[1::-1], interpolation=cv2.INTER_AREA)
-    assert similarity(shrunk, crop) >= 0.9  # measured .905 (lizard, cat) to .998 (coin)
+    assert similarity(shrunk, crop) >= 0.9  # measured .945 (lizard) to .9997 (crystal)
 
 
 def post():

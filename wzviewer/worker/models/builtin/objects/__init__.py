@@ -26,7 +26,7 @@
         ▼
     inserting    all of it for one object     weather, dew   what covers the whole picture
         │                                     cutout   an image file goes in by the same door
-    deeper       the same object again at a deeper level
+    deeper       the same object again at a deeper level; dew draws its drops again
     placed       what is kept of it
 
 `editor.ObjectEditor` is the public face; everything else is private to this package.  The same

@@ -13,13 +13,14 @@ from wzviewer.core.types import FloatArray
 from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.models.builtin.objects import grammar
 from wzviewer.worker.models.builtin.objects.deeper import march_again
-from wzviewer.worker.models.builtin.objects.grammar import Edit, Request
+from wzviewer.worker.models.builtin.objects.dew import redrawn
+from wzviewer.worker.models.builtin.objects.grammar import Change, Edit, Request
 from wzviewer.worker.models.builtin.objects.inserting import Check, insert
 from wzviewer.worker.models.builtin.objects.lighting import Light
-from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, unchanged
+from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, dew_of, unchanged
 from wzviewer.worker.models.builtin.objects.placement import Support
 from wzviewer.worker.models.builtin.objects.places import Spot, View, cover_of, spots
-from wzviewer.worker.models.builtin.objects.weather import changed
+from wzviewer.worker.models.builtin.objects.weather import changed_by, dew_on
 from wzviewer.worker.models.builtin.objects.words import SMALL
 
 __all__ = ["Edit", "EditResult", "Light", "ObjectEditor", "Placement", "Request", "Support"]
@@ -98,7 +99,8 @@ class ObjectEditor:
             if check is not None:
                 check()
             relief = np.where(result.object_mask, result.object_relief, geometry.relief)
-            result = replace(result, image=changed(result.image, relief, edit.changes, seed))
+            for k, change in enumerate(edit.changes):
+                result = _weathered(result, change, relief, seed + 13 * k)
         return replace(result, places=tuple(told))
 
     def preview(
@@ -146,13 +148,27 @@ class ObjectEditor:
         Returns:
             the picture with the objects finer; None if none is in view.
         """
-        result = unchanged(image)
+        result, again = unchanged(image), False
         for k, placed in enumerate(placements):
-            if placed.name == "image":
+            if placed.name == "dew":
+                drops = np.asarray(placed.drops, np.float64).reshape(-1, 5)
+                picture = redrawn(result.image, drops, placed.light.direction, mapping, parent_factor)
+                result, again = (result, again) if picture is None else (replace(result, image=picture), True)
+            if placed.name in ("image", "dew"):
                 continue
             finer = march_again(placed, mapping, result, geometry, seed + k, check, parent_factor)
             result = finer if finer is not None else result
-        return result if result.object_mask.any() else None
+        return result if again or result.object_mask.any() else None
+
+
+def _weathered(result: EditResult, change: Change, relief: FloatArray, seed: int) -> EditResult:
+    """Applies one change; of dew the drops are kept, to be drawn again at deeper levels."""
+    image = changed_by(change, result.image, relief, seed)
+    kept = result.placements
+    if change.name == "dew":
+        dew = dew_on(result.image, relief, change.amount, seed)
+        kept = (*kept, dew_of(dew.drops, dew.light))
+    return replace(result, image=image, placements=kept)
 
 
 def _spots(request: Request, view: View, shape: tuple[int, ...], seed: int) -> tuple[list[Spot], bool]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Tint
 from wzviewer.worker.models.builtin.objects.lighting import Light
 from wzviewer.worker.models.builtin.objects.placement import Plane
@@ -25,6 +25,7 @@ class Placement:
         bounce: (r, g, b) linear light from the support.
         width_px: its picture's width there.
         water: (r, g, b) linear colour of the water that it is under; None in air.
+        drops: of dew (name "dew"): (x, y, radius, flattening, turn) of each drop, px and radians.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Placement:
     bounce: tuple[float, float, float]
     width_px: float
     water: tuple[float, float, float] | None = None
+    drops: tuple[tuple[float, ...], ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """Returns a JSON-able form."""
@@ -59,6 +61,7 @@ class Placement:
             "bounce": list(self.bounce),
             "width_px": self.width_px,
             "water": self.water,
+            "drops": [[round(v, 4) for v in drop] for drop in self.drops],
         }
 
     @classmethod
@@ -80,6 +83,7 @@ class Placement:
             bounce=tuple(data["bounce"]),  # type: ignore[arg-type]
             width_px=float(data["width_px"]),  # type: ignore[arg-type]
             water=tuple(data["water"]) if data.get("water") else None,  # type: ignore[arg-type]
+            drops=tuple(tuple(drop) for drop in data.get("drops", ())),  # type: ignore[attr-defined]
         )
 
 
@@ -104,6 +108,14 @@ class EditResult:
     shadow: FloatArray
     placements: tuple[Placement, ...] = field(default=())
     places: tuple[dict[str, object], ...] = field(default=())
+
+
+def dew_of(drops: DoubleArray, light: Light) -> Placement:
+    """Returns dew as something to draw again: it has places, sizes and a light, and no body."""
+    still = Pose(np.eye(3), 1.0, (0.0, 0.0, 0.0))
+    flat = Plane(0.0, 0.0, 0.0, 0.0, 0.0)
+    kept = tuple(tuple(float(v) for v in drop) for drop in drops)
+    return Placement("dew", 0, Tint(), still, flat, light, (0.0, 0.0, 0.0), 0.0, drops=kept)
 
 
 def unchanged(image: FloatArray) -> EditResult:
