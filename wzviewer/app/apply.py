@@ -67,6 +67,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
         return summoning.dismissed(state)
     if panels.keep or panels.settings:
         return replace(state, panels=replace(panels, keep=False, settings=False))
+    if panels.start:
+        return replace(state, panels=replace(panels, start=False))
     if panels.help:
         return replace(state, panels=replace(panels, help=False))
     if state.job is not None or state.goal is not None:

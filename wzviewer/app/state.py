@@ -184,6 +184,7 @@ class Panels:
     help: bool = False
     keep: bool = False
     settings: bool = False
+    start: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
     wants_prompt_focus: bool = False
