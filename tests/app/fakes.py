@@ -1,10 +1,12 @@
 """Stand-ins for the outside of the app: a worker that answers at once, small levels, no dialogs."""
 
 from collections import deque
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from wzviewer.app.history import restored
 from wzviewer.app.look import Look
 from wzviewer.app.services import PLAIN, Services
 from wzviewer.app.state import AppState, View
@@ -85,6 +87,7 @@ class FakeClient:
 
     def __init__(self) -> None:
         self.calls: list[tuple[object, ...]] = []
+        self.seeds: list[int] = []
         self.refuses: set[str] = set()
         self.fails = False
         self.is_busy = False
@@ -105,15 +108,23 @@ class FakeClient:
         for level in scene:
             self._scene.append(level)
 
-    def reconstruct(self, image: np.ndarray, seed: int = 0) -> int:
+    def reconstruct(self, image: np.ndarray, seed: int = 0, photo: np.ndarray | None = None) -> int:
         self.calls.append(("reconstruct", image.shape))
         request_id = self._begin()
         self._scene = Scene()
         camera = Camera.initial(image.shape[1], image.shape[0])
         return self._make(request_id, make_level(self._scene, None, camera, image))
 
-    def synthesize(self, parent: int, camera: Camera, prompt: str = "", seed: int = 0) -> int:
+    def synthesize(
+        self,
+        parent: int,
+        camera: Camera,
+        prompt: str = "",
+        seed: int = 0,
+        cutout: np.ndarray | None = None,
+    ) -> int:
         self.calls.append(("synthesize", parent, prompt))
+        self.seeds.append(seed)
         request_id = self._begin()
         if prompt in self.refuses:
             drop = ev.LevelDropped(
@@ -122,7 +133,8 @@ class FakeClient:
             self._queue.append(drop)
             return request_id
         image = checker(camera.width, camera.height, len(self._scene) + 7)
-        return self._make(request_id, make_level(self._scene, parent, camera, image, prompt))
+        level = make_level(self._scene, parent, camera, image, prompt)
+        return self._make(request_id, replace(level, seed=seed))
 
     def cancel(self) -> None:
         self.calls.append(("cancel",))
@@ -237,6 +249,4 @@ def state_with(scene: Scene, width: int = 640, height: int = 420) -> AppState:
     """A document that is open and saved."""
     view = View.at_home(scene[0].camera, width, height)
     state = AppState(view, scene, name="fake.wz")
-    from dataclasses import replace
-
-    return replace(state, saved=(state.num_finished, scene.hidden))
+    return replace(state, history=restored(scene), saved=(state.num_finished, scene.marks))

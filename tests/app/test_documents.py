@@ -11,6 +11,7 @@ from wzviewer.app.documents import demo_photo
 from wzviewer.app.services import Services
 from wzviewer.app.state import empty_state
 from wzviewer.core.files import load_scene, save_scene
+from wzviewer.core.marks import Mark
 from wzviewer.core.photos import encode_png
 
 
@@ -44,12 +45,13 @@ def test_a_photo_is_on_the_screen_at_once(services, photo):
 def test_a_scene_is_opened_and_is_clean(services, tmp_path):
     path = tmp_path / "s.wz"
     scene = make_scene(3)
-    scene.hide(2)
+    scene.set_mark(2, Mark("removed"))
     save_scene(scene, path)
     state = apply(services, empty_state(640, 420), [cmd.Open(path)])
     assert len(state.scene) == 3
     assert not state.is_dirty
-    assert state.undone == (2,)
+    assert state.scene.visible() == [0, 1]
+    assert apply(services, state, [cmd.Redo()]).scene.visible() == [0, 1, 2]
     assert services.client.calls[-1] == ("load", 3)
     assert state.view.magnification == pytest.approx(1.0, rel=1e-6)
 

@@ -8,7 +8,7 @@ import pytest
 from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
-from wzviewer.app.generation import level_camera, plan_level
+from wzviewer.app.planning import level_camera, plan_level
 from wzviewer.app.state import Goal, View, empty_state
 from wzviewer.app.viewing import advance
 from wzviewer.core.camera import Camera
@@ -115,10 +115,11 @@ def test_cancel_drops_the_preview(services, state):
     assert state.job is None
 
 
-def test_a_second_request_waits_and_says_so(services, state):
+def test_the_same_twice_is_made_once_and_says_so(services, state):
     state = apply(services, zoomed(state, 8.0), [cmd.Generate(), cmd.Generate()])
     assert sum(call[0] == "synthesize" for call in services.client.calls) == 1
-    assert "still running" in state.toasts[-1].text
+    assert "already" in state.toasts[-1].text
+    assert state.queue.goals == ()
 
 
 def test_a_lost_worker_loses_no_finished_level(services):

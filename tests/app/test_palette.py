@@ -30,7 +30,7 @@ def best(state, text):
 @pytest.mark.parametrize(
     ("text", "title"),
     [
-        ("undo", "Undo a level"),
+        ("undo", "Undo"),
         ("film", "Film from the photo to here"),
         ("sp", "Save the picture"),
         ("picture save", "Save the picture"),
@@ -73,7 +73,7 @@ def test_keys_are_those_that_count(state):
 def test_the_start_page_offers_what_it_can():
     titles = {entry.title for entry in entries_of(empty_state(640, 420))}
     assert titles >= {"Open the demo", "Settings", "Close", "Log"}
-    assert not titles & {"Save", "Undo a level", "View: depth", "Look behind, statistics"}
+    assert not titles & {"Save", "Undo", "View: depth", "Look behind, statistics"}
 
 
 def test_typing_marks_and_enter_runs(screen, state):

@@ -8,6 +8,7 @@ from wzviewer.app.apply import apply
 from wzviewer.app.panels.breadcrumb import fitting, name_of
 from wzviewer.app.trail import can_go_back, can_go_forward, note_place
 from wzviewer.app.viewing import advance
+from wzviewer.core.marks import Mark
 
 
 def rested(state):
@@ -88,5 +89,7 @@ def test_as_many_crumbs_as_there_is_room_for():
 
 
 def test_crumbs_are_called_by_their_thing():
-    assert [name_of(level) for level in make_scene(2)] == ["photo", "thing 1"]
-    assert name_of(replace(make_scene(2)[1], prompt="a Blue morpho")) == "blue morpho"
+    assert [name_of(make_scene(2), i) for i in range(2)] == ["photo", "thing 1"]
+    scene = make_scene(2)
+    scene.set_mark(1, Mark(name="a Blue morpho"))
+    assert name_of(scene, 1) == "blue morpho"

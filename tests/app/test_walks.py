@@ -115,7 +115,8 @@ def test_drop_zoom_prompt_cancel_undo_save_reopen(walk, photo, tmp_path):
     assert load_scene(tmp_path / "kept.wz").visible() == [0]
 
     walk.drop(tmp_path / "kept.wz")
-    assert walk.state.undone == (1,)
+    assert walk.state.name == "kept.wz"
+    assert walk.state.scene.visible() == [0]
     walk.press(K.y, CTRL)
     assert walk.state.scene.visible() == [0, 1]
     walk.shoot()

@@ -13,10 +13,12 @@ from wzviewer.app import (
     answers,
     auto,
     documents,
+    framing,
     generation,
     hint,
     history,
     keeping,
+    locating,
     notices,
     preferring,
     prompting,
@@ -24,16 +26,18 @@ from wzviewer.app import (
     reopening,
     summoning,
     trail,
+    varying,
     viewing,
 )
 from wzviewer.app import commands as cmd
 from wzviewer.app.logbook import log_event, log_notices
 from wzviewer.app.look import MODES
+from wzviewer.app.region import Region
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 
 LOG = logging.getLogger(__name__)
-EXCLUSIVE: frozenset[str] = frozenset({"keep", "settings"})  # panels in one place
+EXCLUSIVE: frozenset[str] = frozenset({"keep", "settings", "history"})  # panels in one place
 Handler = Callable[[Services, AppState, Any], AppState]
 
 
@@ -65,22 +69,27 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
         return replace(state, after=None, panels=replace(panels, dialog="", dialog_path=""))
     if summoning.is_summoned(state):
         return summoning.dismissed(state)
-    if panels.keep or panels.settings:
-        return replace(state, panels=replace(panels, keep=False, settings=False))
+    if panels.keep or panels.settings or panels.history or panels.materials:
+        closed = replace(panels, keep=False, settings=False, history=False, materials=False)
+        return replace(state, panels=closed)
     if panels.start:
         return replace(state, panels=replace(panels, start=False))
     if panels.help:
         return replace(state, panels=replace(panels, help=False))
-    if state.job is not None or state.goal is not None:
+    if state.region.is_drawing or state.region.camera is not None:
+        return replace(state, region=Region())
+    if generation.is_busy(state) or state.queue.goals:
         return generation.cancel(services, state, cmd.CancelJob())
     return replace(state, refusal="", view=replace(state.view, flight=None))
 
 
 HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.Zoom: viewing.zoom,
-    cmd.BeginDrag: viewing.begin_drag,
-    cmd.DragTo: viewing.drag_to,
-    cmd.EndDrag: viewing.end_drag,
+    cmd.BeginDrag: framing.begin_drag,
+    cmd.DragTo: framing.drag_to,
+    cmd.EndDrag: framing.end_drag,
+    cmd.ToggleRegion: framing.toggle,
+    cmd.GoToPhoto: locating.go_to_photo,
     cmd.Fly: viewing.fly,
     cmd.Turn: viewing.turn,
     cmd.ZoomTo: viewing.zoom_to,
@@ -100,7 +109,21 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.ToggleAuto: auto.toggle_auto,
     cmd.CancelJob: generation.cancel,
     cmd.Undo: history.undo,
+    cmd.DropWish: generation.drop_wish,
+    cmd.ClearQueue: generation.clear_queue,
+    cmd.AddPhrase: prompting.add_phrase,
     cmd.Redo: history.redo,
+    cmd.JumpInHistory: history.jump,
+    cmd.ShowLevel: history.show_level,
+    cmd.DeleteLevel: history.delete_level,
+    cmd.DeleteHere: history.delete_here,
+    cmd.RenameLevel: history.rename_level,
+    cmd.BeginRename: history.begin_rename,
+    cmd.EndRename: history.end_rename,
+    cmd.Another: varying.another,
+    cmd.OpenVariants: varying.open_variants,
+    cmd.ChooseVariant: varying.choose,
+    cmd.StepVariant: varying.step,
     cmd.Open: documents.open_path,
     cmd.OpenDemo: documents.open_demo,
     cmd.RemoveRecent: reopening.remove,
@@ -160,12 +183,12 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
         # Taken off first: a fault is told once, and not again every frame.
         goal, state = state.goal, replace(state, goal=None, is_goal_waiting=False)
         state = _guarded(generation.request, services, state, goal)
-    return state
+    return _guarded(generation.next_wish, services, state, None)
 
 
 def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     """What the app does by itself once a frame has been answered."""
-    state = trail.note_place(state)
+    state = framing.aim(trail.note_place(state))
     recovery.keep(services, state)
     state = keeping.follow_film(services, state)
     state = reopening.follow(services, state)

@@ -8,7 +8,8 @@ refused is left alone until the view moves.
 from dataclasses import replace
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.generation import plan_level, request
+from wzviewer.app.generation import request
+from wzviewer.app.planning import plan_level
 from wzviewer.app.preferring import with_settings
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal
@@ -38,7 +39,7 @@ def ask_for_detail(services: Services, state: AppState, is_typing: bool) -> AppS
 
 def is_waiting(state: AppState) -> bool:
     """Whether only rest is missing: nothing else goes on, and this place was not asked for before."""
-    is_idle = state.job is None and state.goal is None and state.next_path is None
+    is_idle = state.job is None and state.goal is None and state.next_path is None and not state.queue.goals
     is_alone = not (state.panels.dialog or state.panels.help or state.prompt.strip())
     is_known = len(state.scene) > 0 and state.is_worker_ready and state.view.focused is state.view.camera
     is_fresh = state.asked_for is not state.view.camera

@@ -13,7 +13,7 @@ from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
 from wzviewer.core.camera import Camera
 from wzviewer.core.files import is_scene_file, load_scene, save_scene
-from wzviewer.core.photos import fit_photo, load_photo
+from wzviewer.core.photos import finer_photo, fit_photo, load_photo
 from wzviewer.core.scene import Scene
 from wzviewer.errors import InputError, WzError
 
@@ -77,7 +77,7 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         return replace(cancel(services, state, cmd.CancelJob()), next_path=path)
     try:
         scene = load_scene(path) if is_scene_file(path) else None
-        photo = None if scene is not None else fit_photo(load_photo(path))
+        original = None if scene is not None else load_photo(path)
     except WzError as error:
         return state.with_toast(error.line(), "error")
     except (OSError, MemoryError) as error:
@@ -87,7 +87,9 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         View.at_home(Camera.initial(width, height), width, height),
         name=path.name,
         toasts=state.toasts,
-        panels=Panels(tree=state.panels.tree, statistics=state.panels.statistics),
+        panels=Panels(
+            tree=state.panels.tree, statistics=state.panels.statistics, locator=state.panels.locator
+        ),
         now_s=state.now_s,
         is_worker_ready=state.is_worker_ready,
         vocabulary=state.vocabulary,
@@ -101,9 +103,10 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         fresh = with_scene(services, fresh, scene, path)
         note_document(services, fresh, path)
         return fresh
-    assert photo is not None  # either, by construction
+    assert original is not None  # either, by construction
+    photo = fit_photo(original)
     view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
-    fresh = replace(fresh, view=view, photo=photo)
+    fresh = replace(fresh, view=view, photo=photo, finer_photo=finer_photo(original, photo))
     if path != demo_photo():
         note_document(services, fresh, path)
     return reconstruct(services, fresh)
@@ -115,7 +118,7 @@ def with_scene(services: Services, state: AppState, scene: Scene, path: Path | N
     view = View.at_home(scene[0].camera, state.view.camera.width, state.view.camera.height)
     centre = view.camera.unproject(view.camera.width / 2, view.camera.height / 2, scene[0].anchor_depth)
     state = replace(state, view=replace(view, focus=centre), scene=scene, path=path)
-    return replace(state, undone=restored(scene), saved=(state.num_finished, scene.hidden))
+    return replace(state, history=restored(scene), saved=(state.num_finished, scene.marks))
 
 
 # ------------------------------------------------------------------ saving
@@ -138,7 +141,7 @@ def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppStat
         save_scene(state.scene, path)
     except (WzError, OSError) as error:
         return state.with_toast(str(error), "error")
-    saved = (state.num_finished, state.scene.hidden)
+    saved = (state.num_finished, state.scene.marks)
     state = replace(state, path=path, name=path.name, saved=saved)
     note_document(services, state, path)
     state = state.with_toast(f"Saved {path.name}.", "done")

@@ -87,9 +87,9 @@ def snapshot(scene: Scene) -> Scene:
         if scene.is_committed(level.index):
             copy.append(level)
             copy.commit(level.index)
-    for index in scene.hidden:
+    for index, mark in scene.marks.items():
         if index < len(copy):
-            copy.hide(index)
+            copy.set_mark(index, mark)
     return copy
 
 

@@ -1,163 +1,136 @@
 """Asking Thread 2 for levels, and taking over what it makes (Algorithm 1, lines 1 and 10-32).
 
-What is on the screen is the next level's frame: C_{i+1} is C_render.  A level wants to be about x8
-finer than its parent.  Where the view is not close enough the app flies there first; where it is much
-closer it asks for the levels between, one after the other.
+One request runs at a time.  What is asked for meanwhile waits in a queue (`wishes`); `planning` says how
+a goal is reached.
 """
 
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import replace
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.history import noted
+from wzviewer.app.history import made
+from wzviewer.app.naming import name_in
 from wzviewer.app.picking import world_point
+from wzviewer.app.planning import STEP_MAX, closer, plan_level, plan_variant
 from wzviewer.app.prompting import refusal_of, with_prompt, with_vocabulary
+from wzviewer.app.region import Region
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal, Job, StageNote, View
+from wzviewer.app.variants import group_of, next_seed
 from wzviewer.app.viewing import fly_to
-from wzviewer.core.camera import Camera
-from wzviewer.core.constants import ZOOM_FACTOR
-from wzviewer.core.scene import Level, Scene
-from wzviewer.core.types import DoubleArray
+from wzviewer.app.wishes import AGAIN_S, MAX_WAITING, Queue
+from wzviewer.core.scene import Level
 from wzviewer.errors import WzError
 from wzviewer.worker import client as ev
-
-STEP_MIN = 2.0  # finer than its parent, or a level shows nothing new
-STEP_MAX = 12.0  # beyond it a level between gives the better picture
-EXTEND_SHARE = 0.12  # of the view beyond the picture's border, from which on the border is what is meant
-EXTEND_STEPS = (0.6, 1.5)  # an extension is about as fine as its parent
-SAME_SCALE = 0.7  # a level this close to the view's scale still counts as its parent
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """How the level for a goal is made.
-
-    Attributes:
-        parent: index of the level that it refines.
-        camera: C_{i+1}, in the size of a level's image.
-        step: how much finer than the parent the goal is.
-        is_extension: whether the picture is to be continued where the view goes beyond its border.
-    """
-
-    parent: int
-    camera: Camera
-    step: float
-    is_extension: bool = False
-
-
-def plan_level(scene: Scene, goal: Goal) -> Plan | None:
-    """Chooses the parent and the camera of the next level; None where no level shows the goal.
-
-    The parent is the finest visible level that shows the centre of the view and is not finer.
-    """
-    frame = level_camera(scene, goal.camera)
-    steps = {i: _step(scene[i], frame, goal.focus) for i in scene.visible() if _shows(scene[i], goal.focus)}
-    coarser = {i: step for i, step in steps.items() if step > SAME_SCALE}
-    extension = _plan_extension(scene, frame, goal.focus)
-    if extension is not None and (not coarser or min(coarser.values()) < STEP_MIN):
-        return extension
-    if not coarser:
-        return None
-    parent = min(coarser, key=lambda i: (coarser[i], -i))
-    step = coarser[parent]
-    if step > STEP_MAX:
-        frame = frame.zoomed(frame.width / 2, frame.height / 2, ZOOM_FACTOR / step)
-    return Plan(parent, frame, step)
-
-
-def _plan_extension(scene: Scene, frame: Camera, focus: DoubleArray) -> Plan | None:
-    """How to continue the picture in a view that goes beyond its border; None where it does not.
-
-    The parent is the level in view whose scale is nearest to the view's.
-    """
-    depth = max(float(frame.to_camera(focus)[2]), 1e-12)
-    places = [(x, y) for y in np.linspace(0.02, 0.98, 9) for x in np.linspace(0.02, 0.98, 13)]
-    points = [frame.unproject(x * frame.width, y * frame.height, depth) for x, y in places]
-    shown = {i: sum(_shows(scene[i], point) for point in points) for i in scene.visible()}
-    if max(shown.values(), default=0) in (0, len(points)) or 1 - shown[0] / len(points) < EXTEND_SHARE:
-        return None
-    steps = {i: _step(scene[i], frame, focus) for i, count in shown.items() if count}
-    parent = min(steps, key=lambda i: (abs(np.log2(steps[i])), -i))
-    if not EXTEND_STEPS[0] < steps[parent] < EXTEND_STEPS[1]:
-        return None
-    return Plan(parent, frame, steps[parent], is_extension=True)
-
-
-def level_camera(scene: Scene, camera: Camera) -> Camera:
-    """Returns a view's camera in the size of a level's image: the window's aspect, E_0's long side."""
-    root = scene[0].camera
-    ratio = max(root.width, root.height) / max(camera.width, camera.height)
-    width, height = (2 * max(round(side * ratio / 2), 8) for side in (camera.width, camera.height))
-    return camera.resized(width, height)
-
-
-def _shows(level: Level, focus: DoubleArray) -> bool:
-    x, y, z = level.camera.project(focus)
-    return bool(z > 0 and 0 <= x <= level.camera.width and 0 <= y <= level.camera.height)
-
-
-def _step(level: Level, frame: Camera, focus: DoubleArray) -> float:
-    """How much smaller a pixel of a frame is than one of a level, at a world point (Eq. 1)."""
-    coarse = level.camera.pixel_scale(float(level.camera.to_camera(focus)[2]))
-    return coarse / frame.pixel_scale(float(frame.to_camera(focus)[2]))
-
 
 # ------------------------------------------------------------------ requests
 
 
 def generate(services: Services, state: AppState, command: cmd.Generate) -> AppState:
     """Asks for new detail where the user looks; flies closer first where that is needed."""
-    if state.job is not None and not state.job.is_auto:
-        return state.with_toast("One moment: the last request is still running. Esc cancels it.")
     if not len(state.scene):
+        if state.job is not None:
+            return state.with_toast("One moment: the photo is still being read. Esc cancels it.")
         return reconstruct(services, state) if state.photo is not None else state
     refusal = refusal_of(state.prompt, state.reading)
     if refusal:  # at once, and not after a flight
         return replace(state, refusal=refusal)
-    view = state.view
+    goal = replace(goal_here(services, state), count=command.count)
+    if plan_level(state.scene, goal) is None:
+        return state.with_toast("There is no picture at the centre of the view. Pan onto it first.", "error")
+    has_frame = state.region.camera is not None
+    state = ask(services, replace(state, refusal="", region=Region()), goal)
+    if has_frame and is_busy(state) and not any(g is goal for g in state.queue.goals):
+        going = state.job.goal if state.job is not None and state.job.goal is not None else state.goal
+        return fly_to(state, (going or goal).camera, goal.focus)
+    return state
+
+
+def goal_here(services: Services, state: AppState) -> Goal:
+    """Returns what Enter asks for: the frame or else the view, with the words in the prompt line."""
+    view, region = state.view, state.region
+    if region.camera is not None and region.focus is not None:
+        return Goal(region.camera, state.prompt.strip(), region.focus)
     camera = view.flight.end if view.flight is not None else view.camera
-    x_px, y_px = camera.width / 2, camera.height / 2
     focus = view.focus
     if view.flight is None:
+        x_px, y_px = camera.width / 2, camera.height / 2
         focus = world_point(state.scene, services.renderer, camera, x_px, y_px, view.focus_depth)
-    goal = Goal(camera, state.prompt.strip(), focus)
-    plan = plan_level(state.scene, goal)
-    if plan is None:
-        return state.with_toast("There is no picture at the centre of the view. Pan onto it first.", "error")
-    state = replace(state, refusal="")
-    if state.job is not None:  # of auto detail: it makes room for what was asked for
+    return Goal(camera, state.prompt.strip(), focus)
+
+
+def ask(services: Services, state: AppState, goal: Goal) -> AppState:
+    """Asks for a goal: now, or once what runs has ended.  Then the prompt line is free again."""
+    if state.job is not None and state.job.is_auto:  # of auto detail: it makes room for what was asked for
         services.client.cancel()
         job = replace(state.job, is_cancelling=True)
-        return replace(state, job=job, goal=goal, is_goal_waiting=True)
-    if plan.step < STEP_MIN and not plan.is_extension:
-        return _closer(state, goal, plan)
-    return request(services, state, goal)
+        return with_prompt(replace(state, job=job, goal=goal, is_goal_waiting=True), "")
+    if is_busy(state):
+        return _wait(state, goal)
+    after = begin(services, state, goal)
+    return with_prompt(after, "") if is_busy(after) else after
 
 
-def _closer(state: AppState, goal: Goal, plan: Plan) -> AppState:
-    factor = ZOOM_FACTOR / plan.step
-    near = goal.camera.zoomed(goal.camera.width / 2, goal.camera.height / 2, factor)
-    state = fly_to(state, near, goal.focus)
-    state = replace(state, goal=replace(goal, camera=near), is_goal_waiting=True)
+def is_busy(state: AppState) -> bool:
+    """Whether something is being made, or will be once a flight has ended."""
+    return state.job is not None or state.goal is not None
+
+
+def _wait(state: AppState, goal: Goal) -> AppState:
+    asked = [state.goal, state.job.goal if state.job is not None else None, *state.queue.goals]
+    if any(other is not None and _is_same(other, goal) for other in asked):
+        return state.with_toast("That is being made already. Move on, or type something to add.")
+    if state.queue.is_full:
+        return state.with_toast(f"{MAX_WAITING} are waiting already. One moment.")
+    return with_prompt(replace(state, queue=state.queue.with_last(goal)), "")
+
+
+def _is_same(one: Goal, other: Goal) -> bool:
+    words = (one.prompt, one.like, one.cutout is None) == (other.prompt, other.like, other.cutout is None)
+    return words and one.like is None and one.camera.key == other.camera.key
+
+
+def begin(services: Services, state: AppState, goal: Goal) -> AppState:
+    """Begins with a goal: at once, or closer where the view would show nothing new."""
+    if goal.like is not None:
+        return request(services, state, goal)
+    plan = plan_level(state.scene, goal)
+    if plan is None:
+        return state.with_toast("There is no picture there any more.", "error")
+    view = state.view
+    is_here = (view.flight.end if view.flight is not None else view.camera).key == goal.camera.key
+    near = closer(goal, plan)
+    if near is goal:
+        return request(services, state, goal)
+    if not is_here:  # it waited, and the user is elsewhere by now
+        return request(services, state, near)
+    state = fly_to(state, near.camera, goal.focus)
+    state = replace(state, goal=near, is_goal_waiting=True)
+    factor = near.camera.focal_px / goal.camera.focal_px
     return state.with_toast(f"Moved ×{factor:.0f} closer: new detail appears where you zoom in.")
+
+
+def next_wish(services: Services, state: AppState, command: None = None) -> AppState:
+    """Begins with what waits, once nothing runs; called every frame."""
+    if not state.queue.goals or is_busy(state) or state.next_path is not None:
+        return state
+    goal, queue = state.queue.goals[0], state.queue.without(0)
+    return begin(services, replace(state, queue=queue), goal)
 
 
 def request(services: Services, state: AppState, goal: Goal, is_auto: bool = False) -> AppState:
     """Asks for the next level on the way to a goal."""
     state = replace(state, goal=None, is_goal_waiting=False)
-    plan = plan_level(state.scene, goal)
+    plan = plan_level(state.scene, goal) if goal.like is None else plan_variant(state.scene, goal.like)
     if plan is None:
         return state
     is_last = plan.step <= STEP_MAX
     prompt = goal.prompt if is_last else ""
-    index = len(state.scene)
+    seed = len(state.scene) if goal.like is None else next_seed(state.scene, goal.like)
     try:
-        request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed=index)
+        request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed=seed)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
-    job = Job(request_id, "level", prompt, state.now_s, is_auto=is_auto)
+    job = Job(request_id, "level", prompt, state.now_s, is_auto=is_auto, parent=plan.parent, goal=goal)
     return replace(state, job=job, goal=None if is_last else goal)
 
 
@@ -171,19 +144,37 @@ def reconstruct(services: Services, state: AppState) -> AppState:
     if state.photo is None:
         return state
     try:
-        request_id = services.client.reconstruct(state.photo)
+        request_id = services.client.reconstruct(state.photo, photo=state.finer_photo)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
     return replace(state, job=Job(request_id, "photo", "", state.now_s))
 
 
 def cancel(services: Services, state: AppState, command: cmd.CancelJob) -> AppState:
-    """Stops the running request and what was to follow it."""
-    state = replace(state, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
-    if state.job is None:
+    """Stops the running request, and at the second time what waits as well."""
+    queue, job = state.queue, state.job
+    if queue.goals and (state.now_s - queue.cancelled_s < AGAIN_S or not is_busy(state)):
+        return clear_queue(services, _stopped(services, state), cmd.ClearQueue())
+    return _stopped(services, state) if job is not None or state.goal is not None else state
+
+
+def _stopped(services: Services, state: AppState) -> AppState:
+    queue = replace(state.queue, cancelled_s=state.now_s)
+    state = replace(state, goal=None, is_goal_waiting=False, asked_for=state.view.camera, queue=queue)
+    if state.job is None or state.job.is_cancelling:
         return state
     services.client.cancel()
     return replace(state, job=replace(state.job, is_cancelling=True))
+
+
+def clear_queue(services: Services, state: AppState, command: cmd.ClearQueue) -> AppState:
+    """Forgets what waits."""
+    return replace(state, queue=Queue(cancelled_s=state.queue.cancelled_s)).with_toast("Nothing waits now.")
+
+
+def drop_wish(services: Services, state: AppState, command: cmd.DropWish) -> AppState:
+    """Takes a goal out of the queue."""
+    return replace(state, queue=state.queue.without(command.place))
 
 
 # ------------------------------------------------------------------ events
@@ -248,15 +239,29 @@ def _finish(services: Services, state: AppState, level: Level) -> AppState:
     state = _take(state, level)
     state.scene.commit(level.index)
     state = replace(state, job=None)
-    if level.index == 0:
+    if level.index == 0 or job is None:
         return state
+    is_last = state.goal is None
+    state = _noted(state, level, job.goal, is_last)
     seconds = state.now_s - started_s
-    name = f"“{level.prompt}”" if level.prompt else "New detail"
-    state = noted(state).with_toast(f"{name} is ready: {seconds:.1f} s.", "done")
-    if level.prompt and level.prompt == state.prompt.strip():
-        state = with_prompt(state, "")
-    is_auto = job is not None and job.is_auto
-    return request(services, state, state.goal, is_auto) if state.goal is not None else state
+    name = f"“{name_in(state.scene, level.index)}”" if level.prompt else "New detail"
+    offer = ("", None) if job.is_auto or not is_last else ("Another", cmd.Another(level.index))
+    state = state.with_toast(f"{name} is ready: {seconds:.1f} s.", "done", button=offer[0], command=offer[1])
+    return request(services, state, state.goal, job.is_auto) if state.goal is not None else state
+
+
+def _noted(state: AppState, level: Level, goal: Goal | None, is_last: bool) -> AppState:
+    """Remembers a finished level; a variant takes the place of the one that was seen."""
+    if goal is None or not is_last:
+        return made(state, level.index)
+    group = group_of(state.scene, goal.like) if goal.like is not None else ()
+    seen = [i for i in group if i != level.index and state.scene.mark(i).sight == "shown"]
+    state = made(state, level.index, seen[-1] if seen else None)
+    if goal.count > 1:
+        more = replace(goal, count=goal.count - 1, like=level.index)
+        state = replace(state, queue=state.queue.with_first(more))
+    is_variant = goal.like is not None or goal.count > 1
+    return replace(state, variants=level.index) if is_variant else state
 
 
 def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
@@ -267,8 +272,13 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     if job is not None and job.is_auto and event.cancelled and state.is_goal_waiting:
         return replace(state, job=None)  # it made room
     state = replace(state, job=None, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
+    goal = job.goal if job is not None else None
+    if goal is not None and goal.like is None and not state.prompt.strip() and not state.queue.goals:
+        state = with_prompt(state, goal.prompt)  # so that it can be put right
     if event.cancelled:
-        return state if state.next_path is not None else state.with_toast("Cancelled.")
+        waiting = len(state.queue.goals)
+        more = f" {waiting} more wait: Esc again ends them." if waiting else ""
+        return state if state.next_path is not None else state.with_toast(f"Cancelled.{more}")
     line = _sentence(event)
     if event.bad_input and len(state.scene):
         return replace(state, refusal=line)

@@ -4,7 +4,7 @@
 
     journal/SESSION/lock            held while the app lives: what is not held was left by a crash
                     000.level ...   one archive a level, written whole
-                    state.json      name of the document, hidden levels
+                    state.json      name of the document, marks of its levels
 
 A thread writes; the frame loop only says how things stand.  A document that is saved, or closed with
 the user's consent, needs no journal, and its session is emptied.
@@ -25,6 +25,7 @@ from typing import BinaryIO, Protocol
 
 from wzviewer.core.constants import MAX_LEVELS
 from wzviewer.core.files import get_level, put_level
+from wzviewer.core.marks import marks_from_json, marks_to_json
 from wzviewer.core.photos import whole_file
 from wzviewer.core.records import header_of
 from wzviewer.core.scene import Level, Scene
@@ -128,7 +129,7 @@ class JournalFolder:
     def keep(self, scene: Scene, name: str) -> None:
         """Has levels written that are finished and not yet kept."""
         finished = tuple(level for level in scene if scene.is_committed(level.index))
-        asked = (id(scene), len(finished), scene.hidden, name)
+        asked = (id(scene), len(finished), scene.marks, name)
         if asked == self._asked:
             return
         if scene is not self._scene:
@@ -139,7 +140,7 @@ class JournalFolder:
             if level.index not in self._written:
                 self._written.add(level.index)
                 self._work.put(("level", level))
-        self._work.put(("state", {"name": name, "hidden": sorted(scene.hidden)}))
+        self._work.put(("state", {"name": name, **marks_to_json(scene.marks)}))
 
     def clear(self) -> None:
         """Has the session emptied."""
@@ -167,10 +168,8 @@ class JournalFolder:
                 LOG.warning("journal: level %d: %s", index, error)
                 break
             scene.commit(index)
-        hidden = _read_state(leftover.folder).get("hidden")
-        for index in hidden if isinstance(hidden, list) else []:
-            if isinstance(index, int) and 0 < index < len(scene):
-                scene.hide(index)
+        for index, mark in marks_from_json(_read_state(leftover.folder), len(scene)).items():
+            scene.set_mark(index, mark)
         if not len(scene):
             raise ValueError("nothing in it can be read")
         return scene

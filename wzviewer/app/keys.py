@@ -101,10 +101,15 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("[, Backspace", "The view before", "Look", (K.left_bracket, K.backspace), cmd.GoBack),
     Binding("]", "The view after", "Look", (K.right_bracket,), cmd.GoForward),
     Binding("Enter, G", "New detail where you look", "Make", (K.enter, K.keypad_enter, K.g), cmd.Generate),
+    Binding("R", "Draw the frame of the next level", "Make", (K.r,), cmd.ToggleRegion),
+    Binding("N", "Another of the newest level", "Make", (K.n,), cmd.Another),
+    Binding("PgUp, PgDn", "Go through variants", "Make", (K.page_down,), lambda: cmd.StepVariant(1)),
+    Binding("PgUp", "The variant before", "", (K.page_up,), lambda: cmd.StepVariant(-1)),
+    Binding("M", "Materials and weather", "Make", (K.m,), lambda: cmd.Toggle("materials")),
     Binding("/", "Type what should be there", "Make", (K.slash,), cmd.FocusPrompt),
     Binding("X", "Auto detail on or off", "Make", (K.x,), cmd.ToggleAuto),
-    Binding("Esc", "Cancel, close", "Make", (K.escape,), cmd.Escape),
-    Binding(f"{MODIFIER} Z", "Undo a level", "Make", (K.z,), cmd.Undo, ctrl=True),
+    Binding("Esc", "Cancel, close; twice: the queue", "Make", (K.escape,), cmd.Escape),
+    Binding(f"{MODIFIER} Z", "Undo", "Make", (K.z,), cmd.Undo, ctrl=True),
     Binding(f"{MODIFIER} Shift Z", "Redo", "Make", (K.z,), cmd.Redo, ctrl=True, shift=True),
     Binding(f"{MODIFIER} Y", "Redo", "", (K.y,), cmd.Redo, ctrl=True),  # the same on Windows
     Binding(f"{MODIFIER} O", "Open, or drop a file here", "File", (K.o,), cmd.AskOpen, True),
@@ -115,6 +120,10 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} C", "Copy view as command", "File", (K.c,), cmd.CopyView, ctrl=True),
     Binding(f"{MODIFIER} M", "Film from the photo to here", "File", (K.m,), cmd.AskFilm, ctrl=True),
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
+    Binding("F2, Del", "Rename, delete the level here", "Panels", (K.f2,), cmd.BeginRename),
+    Binding("Del", "Delete the level here", "", (K.delete,), cmd.DeleteHere),
+    Binding("U", "History", "Panels", (K.u,), lambda: cmd.Toggle("history")),
+    Binding("I", "Where you are in the photo", "Panels", (K.i,), lambda: cmd.Toggle("locator")),
     Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),
     Binding("F3", "Look behind, statistics", "Panels", (K.f3,), lambda: cmd.Toggle("statistics")),
     Binding(f"{MODIFIER} ,", "Settings", "Panels", (K.comma,), lambda: cmd.Toggle("settings"), True),
@@ -133,9 +142,13 @@ AUTHORS: tuple[Binding, ...] = (
     Binding("Arrows, N M", "Move; up and down", "Look"),
     Binding("P", "The nearest level", "Look", (K.p,), cmd.GoToNearest),
     Binding("R", "New detail where you look", "Make", (K.r,), cmd.Generate),
-    Binding("Z", "Undo a level", "Make", (K.z,), cmd.Undo),
+    Binding("Z", "Undo", "Make", (K.z,), cmd.Undo),
     Binding("F2", "Auto detail on or off", "Make", (K.f2,), cmd.ToggleAuto),
+    Binding("F6", "Draw the frame of the next level", "Make", (K.f6,), cmd.ToggleRegion),
+    Binding("F7", "Another of the newest level", "Make", (K.f7,), cmd.Another),
+    Binding("F8", "Materials and weather", "Make", (K.f8,), lambda: cmd.Toggle("materials")),
     Binding("X", "Save", "File", (K.x,), cmd.Save),
+    Binding("F9", "Rename the level here", "Panels", (K.f9,), cmd.BeginRename),
     Binding("F4", "Picture, levels, depth, coverage", "Panels", (K.f4,), cmd.NextMode),
 )
 FLY_STEPS = (
@@ -208,6 +221,12 @@ def _key_of(sign: str, usual: str) -> imgui.Key:
 def label_of(command: type[cmd.Command], keymap: KeymapName = "wzviewer") -> str:
     """Returns the key that gives a command, for tooltips; empty when there is none."""
     return next((b.label for b in keymap_of(keymap).bindings if b.command is command), "")
+
+
+def label_for(command: cmd.Command) -> str:
+    """Returns the key that gives exactly this command; empty when there is none."""
+    made = ((b.label, b.command()) for b in BINDINGS if b.command is not None)
+    return next((label for label, other in made if other == command), "")
 
 
 def matches(binding: Binding, ctrl: bool, shift: bool) -> bool:

@@ -6,8 +6,11 @@ MARGIN_PT = 14.0
 BAR_PT = 46.0  # height of toolbar, prompt and status
 SIDE_PT = 236.0  # width of the tree
 CORNER_PT = 190.0  # width that the scale bar and the status need
-TOOLBAR_PT = 403.0
+TOOLBAR_PT = 439.0
 PROMPT_PT = (300.0, 620.0)  # narrowest and widest
+INSET_PT = 124.0  # height of the locator
+STACK_PT = 320.0  # narrowest stack; where there is less room it stands before the tree
+LOWEST_PT = 420.0  # window that has room for it
 NARROW_PT = 2 * CORNER_PT + PROMPT_PT[0] + 4 * MARGIN_PT  # below it the prompt stands above the corners
 
 
@@ -52,6 +55,8 @@ class Layout:
         prompt: bottom centre; progress and refusal grow upwards from it.
         scale_bar: bottom left.
         status: bottom right.
+        stack: above the prompt and right of the tree, where progress and the like grow upwards from.
+        locator: above it; without width where the window is too small.
     """
 
     scale: float
@@ -65,6 +70,8 @@ class Layout:
     prompt: Rect
     scale_bar: Rect
     status: Rect
+    locator: Rect
+    stack: Rect
 
 
 def arrange(width: float, height: float, scale: float) -> Layout:
@@ -89,6 +96,10 @@ def arrange(width: float, height: float, scale: float) -> Layout:
     right = Rect(right_x, gap + bar + gap, right_width, min(bottom, prompt_y) - 3 * gap - bar)
     beside = replace(right, x=right_x - gap / 2 - right_width)
     toolbar = Rect(gap, gap, min(TOOLBAR_PT * scale, width - 2 * gap), bar)
+    stack_x = max(prompt.x, gap + side + gap / 2)
+    stack = replace(prompt, x=stack_x, width=prompt.right - stack_x)
+    inset = 0.0 if is_narrow or height < LOWEST_PT * scale else INSET_PT * scale
+    locator = Rect(width - gap - corner, bottom - inset, corner if inset else 0.0, inset)
     crumbs_x = toolbar.right + gap / 2
     return Layout(
         scale,
@@ -102,4 +113,6 @@ def arrange(width: float, height: float, scale: float) -> Layout:
         prompt,
         Rect(gap, bottom, corner, bar),
         Rect(width - gap - corner, bottom, corner, bar),
+        locator,
+        stack if stack.width >= STACK_PT * scale else prompt,
     )

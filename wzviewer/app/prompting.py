@@ -7,6 +7,8 @@ from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 from wzviewer.core.vocabulary import Reading, Vocabulary, read_prompt
 
+SUBSTANCE = "made of "
+
 
 def edit_prompt(services: Services, state: AppState, command: cmd.EditPrompt) -> AppState:
     """The prompt line holds another text; a refusal belongs to the text before."""
@@ -28,6 +30,24 @@ def choose_offer(services: Services, state: AppState, command: cmd.ChooseOffer) 
 def focus_prompt(services: Services, state: AppState, command: cmd.FocusPrompt) -> AppState:
     """Puts the cursor into the prompt line."""
     return replace(state, panels=replace(state.panels, wants_prompt_focus=command.is_wanted))
+
+
+def add_phrase(services: Services, state: AppState, command: cmd.AddPhrase) -> AppState:
+    """Puts a material or the like into the line, or takes it out again."""
+    return with_prompt(state, with_phrase(state.prompt, command.phrase))
+
+
+def with_phrase(prompt: str, phrase: str) -> str:
+    """Returns a prompt with a phrase more, or without it where it had it.
+
+    What things are made of follows the first thing at once, and there is one of it; all else comes last.
+    """
+    parts = [part.strip() for part in prompt.split(",") if part.strip()]
+    if not phrase.startswith(SUBSTANCE) or not parts:
+        return ", ".join(p for p in parts if p != phrase) if phrase in parts else ", ".join([*parts, phrase])
+    thing, _, before = parts[0].partition(f" {SUBSTANCE}")
+    parts[0] = thing if f"{SUBSTANCE}{before}" == phrase else f"{thing} {phrase}"
+    return ", ".join(parts)
 
 
 def with_prompt(state: AppState, text: str) -> AppState:

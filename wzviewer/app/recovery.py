@@ -6,6 +6,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.documents import with_scene
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, View
+from wzviewer.app.wishes import Queue
 from wzviewer.core.camera import Camera
 
 
@@ -41,10 +42,10 @@ def settle_recovery(services: Services, state: AppState, command: cmd.SettleReco
     width, height = state.view.camera.width, state.view.camera.height
     view = View.at_home(Camera.initial(width, height), width, height)
     name = leftover.name or "recovered"
-    fresh = replace(state, view=view, name=name, photo=None, job=None, goal=None, undone=())
+    fresh = replace(state, view=view, name=name, photo=None, job=None, goal=None, queue=Queue())
     fresh = with_scene(services, fresh, scene, path=None)
     # In this order: the levels lie in a session of our own before the old one is deleted.
     services.journal.keep(scene, name)
     services.journal.discard(leftover)
     count = "1 level" if len(scene) == 1 else f"{len(scene)} levels"
-    return replace(fresh, saved=(0, frozenset())).with_toast(f"Recovered {count} of {name}.", "done")
+    return replace(fresh, saved=(0, {})).with_toast(f"Recovered {count} of {name}.", "done")

@@ -33,8 +33,8 @@ class Client(Protocol):
     def load(self, scene: Scene) -> None:
         """Takes over a scene."""
 
-    def reconstruct(self, image: ByteArray, seed: int = 0) -> int:
-        """Asks for E_0."""
+    def reconstruct(self, image: ByteArray, seed: int = 0, photo: ByteArray | None = None) -> int:
+        """Asks for E_0 from a photo in its working size, and with more pixels if it has them."""
         ...
 
     def synthesize(self, parent: int, camera: Camera, prompt: str = "", seed: int = 0) -> int:

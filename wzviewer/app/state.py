@@ -11,12 +11,18 @@ from typing import Literal
 
 import numpy as np
 
+from wzviewer.app.changes import History
+from wzviewer.app.commands.base import Command
 from wzviewer.app.journal import Leftover
 from wzviewer.app.look import Look
 from wzviewer.app.overlays import LogView, PaletteView
 from wzviewer.app.recents import Recents
+from wzviewer.app.region import Region
 from wzviewer.app.settings import Settings
+from wzviewer.app.wishes import Goal as Goal
+from wzviewer.app.wishes import Queue
 from wzviewer.core.camera import Camera
+from wzviewer.core.marks import Mark
 from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray, DoubleArray
@@ -27,6 +33,7 @@ DragKind = Literal["orbit", "pan"]
 DialogKind = Literal["open", "save", "picture", "film", "unsaved", "recover", ""]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
+OFFER_S = 9.0  # of a notice with a button: time to read it and to go there
 REST_S = 0.2  # without motion, before the picture is refined
 
 
@@ -41,6 +48,8 @@ class Toast:
         details: more, such as a traceback; empty when there is no more.
         retry: what can be asked for again: a prompt, or None.
         is_expanded: whether the details are shown.
+        button: label of what it offers; empty when it offers nothing.
+        command: what the button asks for.
     """
 
     text: str
@@ -49,10 +58,17 @@ class Toast:
     details: str = ""
     retry: str | None = None
     is_expanded: bool = False
+    button: str = ""
+    command: Command | None = None
+
+    @property
+    def life_s(self) -> float:
+        """How long it is shown."""
+        return max(TOAST_S[self.kind], OFFER_S if self.button else 0.0)
 
     def is_alive(self, now_s: float) -> bool:
         """Whether it is still shown."""
-        return self.is_expanded or now_s - self.born_s < TOAST_S[self.kind]
+        return self.is_expanded or now_s - self.born_s < self.life_s
 
 
 @dataclass(frozen=True)
@@ -84,6 +100,8 @@ class Job:
         level: index of the level in the making, once a preview is there.
         is_cancelling: whether the user asked to stop.
         is_auto: whether nobody asked for it: the view rested where detail was missing.
+        parent: index of the level that is refined.
+        goal: what it was asked for.
     """
 
     request_id: int
@@ -95,6 +113,8 @@ class Job:
     level: int | None = None
     is_cancelling: bool = False
     is_auto: bool = False
+    parent: int = 0
+    goal: Goal | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +205,9 @@ class Panels:
     keep: bool = False
     settings: bool = False
     start: bool = False
+    history: bool = False
+    materials: bool = False
+    locator: bool = True
     dialog: DialogKind = ""
     dialog_path: str = ""
     wants_prompt_focus: bool = False
@@ -208,15 +231,6 @@ class Film:
 
 
 @dataclass(frozen=True, eq=False)
-class Goal:
-    """A level that is asked for: seen by ``camera``, reached perhaps through levels between."""
-
-    camera: Camera
-    prompt: str
-    focus: DoubleArray
-
-
-@dataclass(frozen=True, eq=False)
 class AppState:
     """Everything that the panels show and the commands change.
 
@@ -224,9 +238,10 @@ class AppState:
         view: camera and its motions.
         scene: the log of levels.
         photo: (h, w, 3) uint8, the picture before E_0 exists; None on the start page.
+        finer_photo: the same with more pixels, if it has them.
         path: the scene's file, if it has one.
         name: of the document, for the title.
-        saved: (levels, hidden) when last saved.
+        saved: (levels, their marks) when last saved.
         prompt: U_{i+1} as typed.
         refusal: why the last prompt was refused; goes when the prompt changes.
         vocabulary: words that the worker understands; empty until it has said so.
@@ -239,7 +254,11 @@ class AppState:
         asked_for: camera that auto detail has dealt with.
         look: how the scene is drawn.
         trail: places that back and forward go through.
-        undone: levels that redo brings back, the next one last.
+        history: of the scene, for undo and redo.
+        queue: what is asked for once the running request has ended.
+        region: frame of the next level, where that is not simply the view.
+        variants: index of a level whose variants are shown side by side; None for none.
+        renaming: index of the level whose name is edited in place; None for none.
         after: what to do once unsaved changes are settled.
         picture_size: of pictures and films, px; None is the window's.
         film: the film in the making.
@@ -254,9 +273,10 @@ class AppState:
     view: View
     scene: Scene = field(default_factory=Scene)
     photo: ByteArray | None = None
+    finer_photo: ByteArray | None = None
     path: Path | None = None
     name: str = ""
-    saved: tuple[int, frozenset[int]] = (0, frozenset())
+    saved: tuple[int, dict[int, Mark]] = (0, {})
     prompt: str = ""
     refusal: str = ""
     vocabulary: Vocabulary = field(default_factory=Vocabulary)
@@ -269,7 +289,11 @@ class AppState:
     asked_for: Camera | None = None
     look: Look = field(default_factory=Look)
     trail: Trail = field(default_factory=Trail)
-    undone: tuple[int, ...] = ()
+    history: History = field(default_factory=History)
+    queue: Queue = field(default_factory=Queue)
+    region: Region = field(default_factory=Region)
+    variants: int | None = None
+    renaming: int | None = None
     toasts: tuple[Toast, ...] = ()
     panels: Panels = field(default_factory=Panels)
     after: Callable[["AppState"], "AppState"] | None = None
@@ -302,7 +326,7 @@ class AppState:
     @property
     def is_dirty(self) -> bool:
         """Whether closing would lose a finished level."""
-        return self.num_finished > 0 and self.saved != (self.num_finished, self.scene.hidden)
+        return self.num_finished > 0 and self.saved != (self.num_finished, self.scene.marks)
 
     @property
     def is_moving(self) -> bool:
@@ -310,11 +334,18 @@ class AppState:
         return self.view.is_moving or self.now_s - self.view.moved_s < REST_S
 
     def with_toast(
-        self, text: str, kind: ToastKind = "info", details: str = "", retry: str | None = None
+        self,
+        text: str,
+        kind: ToastKind = "info",
+        details: str = "",
+        retry: str | None = None,
+        button: str = "",
+        command: Command | None = None,
     ) -> "AppState":
         """Returns the state with one more notice; an equal one is renewed."""
         others = tuple(t for t in self.toasts if t.text != text)
-        return replace(self, toasts=(*others, Toast(text, kind, self.now_s, details, retry))[-4:])
+        toast = Toast(text, kind, self.now_s, details, retry, button=button, command=command)
+        return replace(self, toasts=(*others, toast)[-4:])
 
     def with_view(self, view: View) -> "AppState":
         """Returns the state with another view; notes when the camera moved."""

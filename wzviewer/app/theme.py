@@ -46,6 +46,11 @@ class Palette:
     error: Rgba
     shade: Rgba
 
+    @property
+    def line(self) -> Rgba:
+        """Of lines that join: between faint and muted."""
+        return (*self.text[:3], 0.32)
+
 
 DARK = Palette(
     text=(0.93, 0.94, 0.95, 1.0),

@@ -142,6 +142,11 @@ def fly_to(state: AppState, camera: Camera, focus: DoubleArray) -> AppState:
     return state.with_view(view)
 
 
+def stopped(view: View) -> View:
+    """Returns the view without its motions."""
+    return replace(view, flight=None, spring=ZoomSpring(), drag=None)
+
+
 def resize(services: Services, state: AppState, command: cmd.Resize) -> AppState:
     """Keeps the view when the window changes."""
     width, height = max(command.width, 1), max(command.height, 1)

@@ -3,10 +3,11 @@
 ::
 
     scene.wz
-      manifest.json                       format, version, levels (headers), hidden; unknown fields kept
+      manifest.json                       format, version, levels (headers), marks; unknown fields kept
       levels/000/surfels.safetensors      packed surfels (core.packing) and coverage
       levels/000/image.png                I_0
       levels/000/depth.safetensors        relief and further maps
+      levels/000/photo.png                the photograph, where it is finer than I_0
       levels/001/...
 
 Nothing in a file is ever executed.  An entry is read only when it is stored uncompressed and its
@@ -23,15 +24,16 @@ from numpy.typing import NDArray
 
 from wzviewer.core.assembly import MAP_PREFIX, level_of, surfel_arrays
 from wzviewer.core.constants import MAX_LEVELS
+from wzviewer.core.marks import FIELDS, marks_from_json, marks_to_json
 from wzviewer.core.photos import decode_png, encode_png, whole_file
 from wzviewer.core.records import Json, header_of
-from wzviewer.core.scene import Level, Scene
+from wzviewer.core.scene import PHOTO, Level, Scene
 from wzviewer.errors import InputError
 
 FORMAT, VERSION = "wzviewer-scene", 1
 MAX_MANIFEST_BYTES = 16 << 20
 MAX_ENTRY_BYTES = 4 << 30
-MAX_ENTRIES = 4 * MAX_LEVELS
+MAX_ENTRIES = 5 * MAX_LEVELS
 DAMAGED = "the scene file is damaged"
 
 
@@ -53,7 +55,7 @@ def write_scene(scene: Scene, file: BinaryIO) -> None:
         "format": FORMAT,
         "version": VERSION,
         "levels": [header_of(level) for level in levels],
-        "hidden": sorted(i for i in scene.hidden if i < len(levels)),
+        **marks_to_json({i: mark for i, mark in scene.marks.items() if i < len(levels)}),
     }
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
         _put(archive, "manifest.json", json.dumps(manifest, indent=1).encode())
@@ -68,8 +70,10 @@ def put_level(archive: zipfile.ZipFile, level: Level) -> None:
     folder = f"levels/{level.index:03d}"
     _put(archive, f"{folder}/surfels.safetensors", save(surfel_arrays(level.surfels)))
     _put(archive, f"{folder}/image.png", encode_png(level.image))
-    maps = {MAP_PREFIX + k: np.ascontiguousarray(v) for k, v in level.maps.items()}
+    maps = {MAP_PREFIX + k: np.ascontiguousarray(v) for k, v in level.maps.items() if k != PHOTO}
     _put(archive, f"{folder}/depth.safetensors", save({"relief": level.relief, **maps}))
+    if PHOTO in level.maps:
+        _put(archive, f"{folder}/{PHOTO}.png", encode_png(level.maps[PHOTO]))
 
 
 def _put(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
@@ -111,14 +115,13 @@ def _read_scene(archive: zipfile.ZipFile, name: str) -> Scene:
     if not isinstance(manifest.get("version"), int) or manifest["version"] > VERSION:
         raise InputError(name, f"has version {manifest.get('version')}", "Update wzviewer.")
     scene = Scene()
-    known = ("format", "version", "levels", "hidden")
+    known = ("format", "version", "levels", *FIELDS)
     scene.unknown_fields = {k: v for k, v in manifest.items() if k not in known}
     for index, header in enumerate(manifest["levels"][:MAX_LEVELS]):
         scene.append(get_level(archive, index, header))
         scene.commit(index)
-    for hidden in manifest.get("hidden", []):
-        if isinstance(hidden, int) and 0 < hidden < len(scene):
-            scene.hide(hidden)
+    for index, mark in marks_from_json(manifest, len(scene)).items():
+        scene.set_mark(index, mark)
     if not len(scene):
         raise ValueError("no levels")
     return scene
@@ -134,6 +137,8 @@ def get_level(archive: zipfile.ZipFile, index: int, header: Json) -> Level:
     arrays: dict[str, NDArray[Any]] = {"image": decode_png(_get(archive, f"{folder}/image.png"), folder)}
     for entry in ("surfels", "depth"):
         arrays |= _tensors(_get(archive, f"{folder}/{entry}.safetensors"))
+    if f"{folder}/{PHOTO}.png" in archive.NameToInfo:
+        arrays[MAP_PREFIX + PHOTO] = decode_png(_get(archive, f"{folder}/{PHOTO}.png"), folder)
     return level_of(header, arrays)
 
 

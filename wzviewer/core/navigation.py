@@ -277,13 +277,25 @@ def _resized_to(camera: Camera, other: Camera) -> Camera:
 
 def slerp(start: DoubleArray, end: DoubleArray, s: float) -> DoubleArray:
     """Returns the rotation (3, 3) at a fraction of the great circle between two rotations."""
-    turn = end @ start.T
-    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    return turned_rotation(start, s * turn_of(end @ start.T))
+
+
+def turn_of(rotation: DoubleArray) -> DoubleArray:
+    """Returns the rotation vector (3,), rad, of a rotation (3, 3)."""
+    R = rotation
+    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     length = float(np.linalg.norm(axis))
-    angle_rad = math.atan2(length, float(np.trace(turn)) - 1.0)
+    angle_rad = math.atan2(length, float(np.trace(R)) - 1.0)
     if length < 1e-12:  # equal, or opposite: then no circle is shorter than another
         axis, length = np.array([0.0, 1.0, 0.0]), 1.0
-    return _orthonormal(_rotation(axis / length, s * angle_rad) @ start)
+    return axis / length * angle_rad
+
+
+def turned_rotation(rotation: DoubleArray, by: DoubleArray) -> DoubleArray:
+    """Returns a rotation (3, 3) turned by a rotation vector (3,), rad."""
+    angle_rad = float(np.linalg.norm(by))
+    axis = by / angle_rad if angle_rad > 0.0 else np.array([0.0, 1.0, 0.0])
+    return _orthonormal(_rotation(axis, angle_rad) @ rotation)
 
 
 def total_magnification(camera: Camera, home: Camera, focus: DoubleArray) -> float:

@@ -7,6 +7,7 @@ Viewer, worker and file are replicas that replay the same log::
     commit(index)     its bytes never change again
     hide(index)       undo: the level and its descendants stay, unseen
     show(index)       redo
+    set_mark(index)   the same, and names (`core.marks`): said about a level, not part of it
 
 Nothing of an older level changes when a child is appended: what Eq. 3 needs of the children is
 computed from their cameras (`modulation`).
@@ -23,9 +24,12 @@ from numpy.typing import NDArray
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import MAX_LEVELS
+from wzviewer.core.marks import UNMARKED, Mark
 from wzviewer.core.opacity import Cover, Modulation, ramp_start, stored_coverage
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import ByteArray, DoubleArray, FloatArray
+
+PHOTO = "photo"  # map of E_0: (H, W, 3) uint8, the same picture with more pixels
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,8 @@ class Level:
         prompt: U_i, perhaps empty.
         seed: of the generators.
         stages: provenance by stage name.
-        maps: further images aligned with ``image`` (uint8 or float32), such as material labels.
+        maps: further images aligned with ``image`` (uint8 or float32), such as material labels;
+            E_0 has `PHOTO` where the photograph is finer than its working image.
         notes: JSON-able facts of the synthesizer, such as the placements of inserted objects.
     """
 
@@ -89,6 +94,7 @@ class Scene:
     def __init__(self) -> None:
         self._levels: list[Level] = []
         self._committed: list[bool] = []
+        self._marks: dict[int, Mark] = {}
         self._hidden: set[int] = set()
         self.unknown_fields: dict[str, Any] = {}  # of the file it came from; kept when saved
         self.revision = 0  # grows with every change, so that a renderer knows when to look
@@ -156,6 +162,7 @@ class Scene:
         self._levels.pop()
         self._committed.pop()
         self._hidden.discard(index)
+        self._marks.pop(index, None)
         self.revision += 1
 
     def is_committed(self, index: int) -> bool:
@@ -164,13 +171,28 @@ class Scene:
 
     def hide(self, index: int) -> None:
         """Undoes a level: it and its descendants are no longer seen."""
-        self._hidden.add(index)
-        self.revision += 1
+        self.set_mark(index, replace(self.mark(index), sight="hidden"))
 
     def show(self, index: int) -> None:
         """Redoes a hidden level."""
-        self._hidden.discard(index)
+        self.set_mark(index, replace(self.mark(index), sight="shown"))
+
+    def mark(self, index: int) -> Mark:
+        """What is said about a level."""
+        return self._marks.get(index, UNMARKED)
+
+    def set_mark(self, index: int, mark: Mark) -> None:
+        """Says something else about a level."""
+        self._marks.pop(index, None)
+        if mark != UNMARKED:
+            self._marks[index] = mark
+        (self._hidden.discard if mark.sight == "shown" else self._hidden.add)(index)
         self.revision += 1
+
+    @property
+    def marks(self) -> dict[int, Mark]:
+        """All that is said about levels."""
+        return dict(self._marks)
 
     @property
     def hidden(self) -> frozenset[int]:

@@ -29,6 +29,9 @@ class Vocabulary:
         prepositions: after one of them follows a place.
         fillers: words without a meaning of their own, such as articles.
         file_suffixes: of pictures that may be named instead.
+        coverings: phrases that cover what is there, such as "covered in moss".
+        weathers: phrases of weather and light, such as "in fog".
+        substances: phrases that follow an object, such as "made of gold".
     """
 
     objects: tuple[str, ...] = ()
@@ -38,6 +41,9 @@ class Vocabulary:
     prepositions: tuple[str, ...] = ()
     fillers: tuple[str, ...] = ()
     file_suffixes: tuple[str, ...] = ()
+    coverings: tuple[str, ...] = ()
+    weathers: tuple[str, ...] = ()
+    substances: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, list[str]]:
         """Returns lists of words by name."""

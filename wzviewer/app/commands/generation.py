@@ -35,7 +35,9 @@ class FocusPrompt(Command):
 
 @dataclass(frozen=True)
 class Generate(Command):
-    """Make new detail where the user looks."""
+    """Make new detail where the user looks, in a number of variants."""
+
+    count: int = 1
 
 
 @dataclass(frozen=True)
@@ -45,14 +47,23 @@ class ToggleAuto(Command):
 
 @dataclass(frozen=True)
 class CancelJob(Command):
-    """Stop the running request."""
+    """Stop the running request; a second time at once, also what waits."""
 
 
 @dataclass(frozen=True)
-class Undo(Command):
-    """Hide the newest level."""
+class DropWish(Command):
+    """Take a goal out of the queue."""
+
+    place: int
 
 
 @dataclass(frozen=True)
-class Redo(Command):
-    """Show the level that was hidden last."""
+class ClearQueue(Command):
+    """Take all goals out of the queue."""
+
+
+@dataclass(frozen=True)
+class AddPhrase(Command):
+    """Put a material or the like into the prompt line."""
+
+    phrase: str

@@ -93,6 +93,19 @@ class GoToNearest(Command):
 
 
 @dataclass(frozen=True)
+class GoToPhoto(Command):
+    """Fly to a place in the photo, a fraction of its width and height."""
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class ToggleRegion(Command):
+    """Let the next drag draw the frame of the next level, or take the frame away."""
+
+
+@dataclass(frozen=True)
 class SetLook(Command):
     """Draw the scene another way."""
 

@@ -1,5 +1,7 @@
 """Top: where one is, from the photo down, with pictures; a click flies there.  Back and forward."""
 
+from dataclasses import dataclass
+
 from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
@@ -7,14 +9,15 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.keys import label_of
 from wzviewer.app.layout import Rect
+from wzviewer.app.naming import name_in
 from wzviewer.app.panels.surface import Ui, elided, face, picture, plate, quiet, tooltip
-from wzviewer.app.panels.tree import details_of, title_of
+from wzviewer.app.panels.tree import details_of
 from wzviewer.app.panels.wording import magnification_text
 from wzviewer.app.places import level_here
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 from wzviewer.app.trail import can_go_back, can_go_forward
-from wzviewer.core.scene import Level
+from wzviewer.core.scene import Scene
 
 BUTTON_PT = (26.0, 30.0)
 PICTURE_PT = (40.0, 27.0)
@@ -22,6 +25,15 @@ NAME_PT = 92.0  # longest name
 GAP_PT, ARROW_PT = 7.0, 15.0
 NARROWEST_PT = 150.0  # below it there is no room for a single crumb
 ARTICLES = ("a ", "an ", "the ", "one ")
+
+
+@dataclass(frozen=True)
+class Crumb:
+    """A level on the way: ``width`` in imgui units, with its name or only its picture."""
+
+    index: int
+    width: float
+    has_name: bool
 
 
 def draw_breadcrumb(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -34,20 +46,36 @@ def draw_breadcrumb(state: AppState, ui: Ui) -> list[cmd.Command]:
     with face(ui.fonts.regular, theme.SMALL_PT + 1.0):
         magnification = magnification_text(max(state.view.magnification, 0.0))
         fixed = ui.pt(2 * BUTTON_PT[0] + 3 * GAP_PT + 16) + imgui.calc_text_size(magnification).x
-        shown, width = fitting(path, [_width(ui, state.scene[i]) for i in path], rect.width - fixed, ui)
+        crumbs, width = chosen(state.scene, path, rect.width - fixed, ui)
         imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(8), ui.pt(8)))
         with plate("breadcrumb", Rect(rect.x, rect.y, fixed + width, rect.height)):
             commands += _steps(state, ui)
             x, y = imgui.get_cursor_screen_pos().x, rect.y
-            for number, index in enumerate(shown):
+            for number, crumb in enumerate(crumbs):
                 if number:
-                    x = _arrow(ui, x, y, has_gap=number == 1 and shown[1] != path[1])
-                if _crumb(ui, state.scene[index], x, y, is_here=index == path[-1]):
-                    commands.append(cmd.GoToLevel(index))
-                x += _width(ui, state.scene[index])
+                    x = _arrow(ui, x, y, has_gap=number == 1 and crumb.index != path[1])
+                if _crumb(ui, state.scene, crumb, x, y, is_here=crumb.index == path[-1]):
+                    commands.append(cmd.GoToLevel(crumb.index))
+                x += crumb.width
             _label(ui, magnification, x + ui.pt(GAP_PT), y, ui.colors.accent)
         imgui.pop_style_var()
     return commands
+
+
+def chosen(scene: Scene, path: list[int], room: float, ui: Ui) -> tuple[list[Crumb], float]:
+    """Returns the crumbs of a path that are shown, and their width.
+
+    All with their names where there is room; else those between without; else the last ones of them.
+    """
+    bare = ui.pt(PICTURE_PT[0] + 8)
+    names = {i: _width(ui, scene, i) for i in path}
+    short = {i: names[i] if i in (path[0], path[-1]) else bare for i in path}
+    found: tuple[list[int], float] = ([], 0.0)
+    for widths in (names, short):
+        found = fitting(path, [widths[i] for i in path], room, ui)
+        if found[0] == path:
+            break
+    return [Crumb(i, widths[i], widths is names or i in (path[0], path[-1])) for i in found[0]], found[1]
 
 
 def fitting(path: list[int], widths: list[float], room: float, ui: Ui) -> tuple[list[int], float]:
@@ -64,7 +92,8 @@ def fitting(path: list[int], widths: list[float], room: float, ui: Ui) -> tuple[
     if last == 0:
         return path, width
     width += widths[0] + 2 * arrow
-    while last > 1 and width + widths[last - 1] + arrow <= room:
+    # With the second one shown there are no dots, and so one arrow less.
+    while last > 1 and width + widths[last - 1] + (arrow if last > 2 else 0.0) <= room:
         last -= 1
         width += widths[last] + arrow
     if last == 1:
@@ -74,14 +103,14 @@ def fitting(path: list[int], widths: list[float], room: float, ui: Ui) -> tuple[
     return [path[0], *path[last:]], width
 
 
-def name_of(level: Level) -> str:
+def name_of(scene: Scene, index: int) -> str:
     """Returns the name of a level in a crumb: its prompt without the article."""
-    title = title_of(level)
+    title = name_in(scene, index)
     return next((title[len(a) :] for a in ARTICLES if title.startswith(a)), title).lower()
 
 
-def _width(ui: Ui, level: Level) -> float:
-    name = min(imgui.calc_text_size(name_of(level)).x, ui.pt(NAME_PT))
+def _width(ui: Ui, scene: Scene, index: int) -> float:
+    name = min(imgui.calc_text_size(name_of(scene, index)).x, ui.pt(NAME_PT))
     return ui.pt(PICTURE_PT[0] + GAP_PT + 8) + name
 
 
@@ -104,19 +133,19 @@ def _steps(state: AppState, ui: Ui) -> list[cmd.Command]:
     return commands
 
 
-def _crumb(ui: Ui, level: Level, x: float, y: float, is_here: bool) -> bool:
-    width = _width(ui, level)
+def _crumb(ui: Ui, scene: Scene, crumb: Crumb, x: float, y: float, is_here: bool) -> bool:
+    index, width = crumb.index, crumb.width
     imgui.set_cursor_screen_pos((x, y + ui.pt(6)))
-    pressed = imgui.invisible_button(f"crumb{level.index}", (width, ui.layout.breadcrumb.height - ui.pt(12)))
+    pressed = imgui.invisible_button(f"crumb{index}", (width, ui.layout.breadcrumb.height - ui.pt(12)))
     if imgui.is_item_hovered():
         lower, upper = imgui.get_item_rect_min(), imgui.get_item_rect_max()
         imgui.get_window_draw_list().add_rect_filled(lower, upper, u32(ui.colors.hover), ui.pt(6))
     top = y + (ui.layout.breadcrumb.height - ui.pt(PICTURE_PT[1])) / 2
     at = (x + ui.pt(4), top, ui.pt(PICTURE_PT[0]), ui.pt(PICTURE_PT[1]))
-    picture(ui, ui.thumbnails.get(level.index), at, is_here)
-    name = elided(name_of(level), ui.pt(NAME_PT))
+    picture(ui, ui.thumbnails.get(index), at, is_here)
+    name = elided(name_of(scene, index), ui.pt(NAME_PT)) if crumb.has_name else ""
     _label(ui, name, x + ui.pt(4 + PICTURE_PT[0] + GAP_PT), y, ui.colors.text if is_here else ui.colors.muted)
-    tooltip(details_of(level))
+    tooltip(details_of(scene, index))
     return pressed
 
 

@@ -17,8 +17,8 @@ COLUMN_PT = 380.0  # narrowest; below it one column has all groups, and scrolls
 TITLES = {"wzviewer": "Keys and gestures", "authors": "Keys of the authors' release, and gestures"}
 COLUMNS = (("Look", "Make"), ("File", "Panels"))
 KEY_PT = 158.0  # width of the keys, before what they do
-ROW_PT, HEAD_PT, TITLE_PT = 26.0, 34.0, 46.0
-PADDING_PT = 24.0
+ROW_PT, HEAD_PT, TITLE_PT = 23.0, 30.0, 42.0
+PADDING_PT = 20.0
 
 
 def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:

@@ -1,6 +1,7 @@
 """Bottom centre: what should be there, Generate or Cancel, progress by stage, refusal."""
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 
 from imgui_bundle import icons_fontawesome_6 as icons
@@ -8,18 +9,41 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
+from wzviewer.app.generation import is_busy
 from wzviewer.app.layout import Rect
+from wzviewer.app.panels.actions import CHEVRON_PT, TOOL_PT, draw_more, draw_tools, has_tools
+from wzviewer.app.panels.materials import draw_materials
 from wzviewer.app.panels.offers import draw_offers
-from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primary, small, tooltip, wrapped
+from wzviewer.app.panels.surface import (
+    Ui,
+    colored,
+    elided,
+    face,
+    plate,
+    primary,
+    quiet,
+    small,
+    tooltip,
+    wrapped,
+)
+from wzviewer.app.panels.variants import draw_variants
+from wzviewer.app.panels.waiting import draw_waiting
 from wzviewer.app.state import AppState, Job
 from wzviewer.app.theme import u32
 
 HINTS = (
     "Add something here, such as “a ladybug”, or leave empty for finer detail",
+    "Such as “a ladybug”, or empty for finer detail",
     "Add something, or leave empty",
+    "Add something",
 )
-AUTO_HINTS = ("Add something here, such as “a ladybug”; finer detail comes by itself", "Add something here")
-BUTTON_PT = 112.0
+AUTO_HINTS = (
+    "Add something here, such as “a ladybug”; finer detail comes by itself",
+    "Add something here, such as “a ladybug”",
+    "Add something here",
+    "Add something",
+)
+BUTTON_PT = 100.0
 LAST_STAGE = 5  # of the paper
 
 
@@ -32,29 +56,41 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
         asked, is_typing = _line(state, ui, rect)
         commands += asked
     imgui.pop_style_var()
-    above = Rect(rect.x, rect.y - ui.pt(8), rect.width, 0.0)
-    if is_typing and state.offers and not state.refusal:
-        asked, height = draw_offers(state, ui, above)
+    base = ui.layout.stack if state.panels.tree and len(state.scene) else rect
+    above = Rect(base.x, rect.y - ui.pt(8), base.width, 0.0)
+    stack: list[tuple[bool, Callable[[AppState, Ui, Rect], tuple[list[cmd.Command], float]]]] = [
+        (is_typing and bool(state.offers) and not state.refusal, draw_offers),
+        (state.panels.materials, draw_materials),
+        (state.job is not None, _progress),
+        (bool(state.refusal) and state.job is None, _refusal),
+        (bool(state.queue.goals), draw_waiting),
+        (state.variants is not None, draw_variants),
+    ]
+    for _, draw in (item for item in stack if item[0]):
+        asked, height = draw(state, ui, above)
         commands += asked
-        above = Rect(above.x, above.y - height - ui.pt(8), above.width, 0.0)
-    if state.job is not None:
-        _progress(state, ui, state.job, above)
-    elif state.refusal:
-        with plate("refusal", above, grows="up"):
-            wrapped(ui, state.refusal, ui.colors.error, theme.SMALL_PT + 0.5)
+        above = Rect(above.x, above.y - (height + ui.pt(8) if height else 0.0), above.width, 0.0)
     return commands
+
+
+def _refusal(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], float]:
+    with plate("refusal", above, grows="up"):
+        wrapped(ui, state.refusal, ui.colors.error, theme.SMALL_PT + 0.5)
+        return [], imgui.get_window_height()
 
 
 def _line(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], bool]:
     """The field and its button; returns also whether the cursor is in the field."""
     commands: list[cmd.Command] = []
-    button = ui.pt(BUTTON_PT)
-    imgui.set_next_item_width(imgui.get_content_region_avail().x - button - ui.pt(7))
+    button, height = ui.pt(BUTTON_PT), ui.layout.prompt.height - ui.pt(14)
+    tools = ui.pt(2 * TOOL_PT) if has_tools(ui, rect) else 0.0
+    beside = button + ui.pt(CHEVRON_PT + 7 + 2) + tools
+    imgui.set_next_item_width(imgui.get_content_region_avail().x - beside)
     if state.panels.wants_prompt_focus:
         imgui.set_keyboard_focus_here()
         commands.append(cmd.FocusPrompt(False))
     hints = AUTO_HINTS if state.settings.auto_detail else HINTS
-    hint = hints[0] if rect.width > ui.pt(560) else hints[1]
+    hint = next((h for h in hints if imgui.calc_text_size(h).x < rect.width - beside - ui.pt(34)), "")
     changed, text, steps = _field(state, hint)
     commands += [cmd.ChooseOffer(step) for step in steps]
     if changed and not imgui.is_key_pressed(imgui.Key.escape):  # which would bring back the old text
@@ -65,8 +101,11 @@ def _line(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], bool]
     if imgui.is_item_deactivated() and any(imgui.is_key_pressed(key, repeat=False) for key in enters):
         commands.append(cmd.Generate())
     _mark_unknown(state, ui)
+    if tools:
+        commands += draw_tools(state, ui, height)
     imgui.same_line(0.0, ui.pt(7))
-    return commands + _action(state, ui, (button, ui.layout.prompt.height - ui.pt(14))), is_typing
+    commands += _action(state, ui, (button, height))
+    return commands + draw_more(state, ui, height), is_typing
 
 
 def _field(state: AppState, hint: str) -> tuple[bool, str, list[int]]:
@@ -103,7 +142,11 @@ def _mark_unknown(state: AppState, ui: Ui) -> None:
 
 
 def _action(state: AppState, ui: Ui, size: tuple[float, float]) -> list[cmd.Command]:
-    if state.job is not None or state.is_goal_waiting:
+    if is_busy(state) and state.prompt.strip():
+        pressed = imgui.button(f"{icons.ICON_FA_PLUS}  Queue", size)
+        tooltip("Make this next   Enter")
+        return [cmd.Generate()] if pressed else []
+    if is_busy(state):
         is_cancelling = state.job is not None and state.job.is_cancelling
         imgui.begin_disabled(is_cancelling)
         pressed = imgui.button("Stopping …" if is_cancelling else f"{icons.ICON_FA_XMARK}  Cancel", size)
@@ -117,19 +160,36 @@ def _action(state: AppState, ui: Ui, size: tuple[float, float]) -> list[cmd.Comm
     return [cmd.Generate()] if pressed else []
 
 
-def _progress(state: AppState, ui: Ui, job: Job, above: Rect) -> None:
+def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], float]:
     """Stage by stage: what runs now, how far, for how long."""
+    job, pressed = state.job, False
+    if job is None:
+        return [], 0.0
     with plate("progress", above, grows="up"):
         since_s = job.stages[-1].start_s if job.stages else job.started_s
         elapsed = f"{max(state.now_s - job.started_s, 0.0):.1f} s"
         room = imgui.get_content_region_avail().x
-        imgui.text_unformatted(elided(_headline(state, job), room - ui.pt(60)))
-        imgui.same_line(room - imgui.calc_text_size(elapsed).x + imgui.get_style().window_padding.x)
+        imgui.text_unformatted(elided(_headline(state, job), room - ui.pt(90)))
+        left = room + imgui.get_style().window_padding.x
+        imgui.same_line(left - imgui.calc_text_size(elapsed).x - ui.pt(26))
         with colored(ui.colors.muted):
             imgui.text_unformatted(elapsed)
+            pressed = _cross(ui, left)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
         past = _past(job)
         small(ui, elided(past, room) if past else f"{max(state.now_s - since_s, 0.0):.1f} s in this step")
+        return [cmd.CancelJob()] if pressed and not job.is_cancelling else [], imgui.get_window_height()
+
+
+def _cross(ui: Ui, right: float) -> bool:
+    """A small cross in the line, its right edge at ``right``."""
+    imgui.same_line(right - ui.pt(20))
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (0.0, 0.0))
+    with quiet():
+        pressed = imgui.button(f"{icons.ICON_FA_XMARK}##stop", (ui.pt(20), imgui.get_text_line_height()))
+    imgui.pop_style_var()
+    tooltip("Stop making this level   Esc")
+    return pressed
 
 
 def _waiting(state: AppState, job: Job) -> str:
@@ -147,7 +207,8 @@ def _headline(state: AppState, job: Job) -> str:
     if job.is_auto:
         return f"Auto detail: {stage.name}"
     number = f"{stage.number}/{LAST_STAGE}   " if stage.number else ""
-    return f"{number}{stage.name[:1].upper()}{stage.name[1:]}"
+    what = f"“{job.prompt}”: {stage.name}" if job.prompt else f"{stage.name[:1].upper()}{stage.name[1:]}"
+    return f"{number}{what}"
 
 
 def _past(job: Job) -> str:

@@ -97,7 +97,7 @@ def _card(ui: Ui, file: RecentFile, at: tuple[float, float], width: float) -> li
         draw.add_rect_filled((x - ui.pt(4), y - ui.pt(4)), lower, u32(ui.colors.hover), ui.pt(8))
     tooltip(_details(file))
     alpha = 0.3 if file.is_missing else 1.0
-    picture(ui, ui.recents.get(file.path), (x, y, width, height), is_here=False, alpha=alpha)
+    picture(ui, ui.recents.get(file.path), (x, y, width, height), is_here=False, opacity=alpha)
     color = ui.colors.muted if file.is_missing else ui.colors.text
     with face(ui.fonts.regular, theme.SMALL_PT):
         if file.is_missing:

@@ -7,9 +7,12 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app.panels.breadcrumb import draw_breadcrumb
 from wzviewer.app.panels.dialogs import draw_dialogs
+from wzviewer.app.panels.frame import draw_frame
 from wzviewer.app.panels.help import draw_help
 from wzviewer.app.panels.hint import draw_hint
+from wzviewer.app.panels.history import draw_history
 from wzviewer.app.panels.keep import draw_film, draw_keep
+from wzviewer.app.panels.locator import draw_locator
 from wzviewer.app.panels.log import draw_log
 from wzviewer.app.panels.look import draw_look
 from wzviewer.app.panels.palette import draw_palette
@@ -34,6 +37,8 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
         if not len(state.scene):
             _flat_photo(state, ui)
         commands += draw_toolbar(state, ui) + draw_breadcrumb(state, ui) + draw_tree(state, ui)
+        draw_frame(state, ui)
+        commands += draw_locator(state, ui)
         draw_scale_bar(state, ui)
         draw_status(state, ui)
         commands += draw_prompt(state, ui) + draw_look(state, ui)
@@ -41,7 +46,7 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     notices = ui.layout.toasts_beside if is_beside else ui.layout.toasts
     asked, height = draw_film(state, ui, notices)
     commands += asked + draw_toasts(state, ui, replace(notices, y=notices.y + height))
-    commands += draw_keep(state, ui) + draw_settings(state, ui)
+    commands += draw_keep(state, ui) + draw_settings(state, ui) + draw_history(state, ui)
     commands += draw_hint(state, ui) + draw_start_over(state, ui) + draw_help(state, ui)
     commands += draw_log(state, ui) + draw_palette(state, ui)
     return commands + draw_dialogs(state, ui)

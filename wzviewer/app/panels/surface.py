@@ -206,7 +206,7 @@ def picture(
     thumbnail: Thumbnail | None,
     rect: tuple[float, float, float, float],
     is_here: bool,
-    alpha: float = 1.0,
+    opacity: float = 1.0,
 ) -> None:
     """Draws a level's picture, cropped to a frame (x, y, width, height); a border says "here"."""
     x, y, width, height = rect
@@ -217,6 +217,6 @@ def picture(
         excess = thumbnail.aspect / (width / height)
         u, v = (0.5 - 0.5 / excess, 0.0) if excess > 1 else (0.0, 0.5 - 0.5 * excess)
         corners = ((x, y), (x + width, y + height), (u, v), (1 - u, 1 - v))
-        draw.add_image_rounded(thumbnail.ref, *corners, theme.u32((1, 1, 1, alpha)), ui.pt(5))
+        draw.add_image_rounded(thumbnail.ref, *corners, theme.u32((1, 1, 1, opacity)), ui.pt(5))
     if is_here:
         draw.add_rect((x, y), (x + width, y + height), theme.u32(ui.colors.accent), ui.pt(5), ui.pt(1.5))

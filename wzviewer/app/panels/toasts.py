@@ -7,7 +7,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, plate, wrapped
-from wzviewer.app.state import TOAST_S, AppState, Toast
+from wzviewer.app.state import AppState, Toast
 
 ICONS = {
     "info": (icons.ICON_FA_CIRCLE_INFO, "muted"),
@@ -45,12 +45,32 @@ def _draw(ui: Ui, toast: Toast) -> list[cmd.Command]:
     with colored(getattr(ui.colors, color)):
         imgui.text_unformatted(icon)
     imgui.same_line(0.0, ui.pt(8))
+    room = imgui.get_content_region_avail().x
     imgui.push_text_wrap_pos(0.0)
     imgui.text_unformatted(toast.text)
     imgui.pop_text_wrap_pos()
+    beside = _beside(ui, toast, room)
     if toast.is_expanded:
         wrapped(ui, toast.details[-MAX_DETAILS:], ui.colors.muted, theme.SMALL_PT - 1.0)
-    return _buttons(ui, toast)
+    return beside if beside is not None else _buttons(ui, toast)
+
+
+def _beside(ui: Ui, toast: Toast, room: float) -> list[cmd.Command] | None:
+    """The only button beside a short text; None where it has to stand below."""
+    width = imgui.calc_text_size(toast.button).x + ui.pt(16)
+    is_alone = bool(toast.button) and not toast.details and toast.retry is None
+    if toast.command is None or not is_alone:
+        return None
+    if imgui.calc_text_size(toast.text).x + width + ui.pt(10) > room:
+        return None
+    left = imgui.get_window_width() - imgui.get_style().window_padding.x - width
+    imgui.same_line(left)
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(8), ui.pt(2)))
+    imgui.set_cursor_pos_y(imgui.get_cursor_pos_y() - ui.pt(2))
+    with colored(ui.colors.accent):
+        pressed = imgui.button(toast.button, (width, 0.0))
+    imgui.pop_style_var()
+    return [toast.command, cmd.DismissToast(toast.text)] if pressed else []
 
 
 def _buttons(ui: Ui, toast: Toast) -> list[cmd.Command]:
@@ -62,6 +82,8 @@ def _buttons(ui: Ui, toast: Toast) -> list[cmd.Command]:
         imgui.same_line(0.0, ui.pt(6))
     if toast.retry is not None and imgui.button("Retry"):
         commands.append(cmd.Retry(toast.text))
+    if toast.button and toast.command is not None and imgui.button(toast.button):
+        commands += [toast.command, cmd.DismissToast(toast.text)]
     imgui.pop_style_var()
     return commands
 
@@ -74,4 +96,4 @@ def _opacity(toast: Toast, now_s: float) -> float:
     if toast.is_expanded:
         return 1.0
     age_s = now_s - toast.born_s
-    return max(min(age_s / FADE_S, (TOAST_S[toast.kind] - age_s) / FADE_S, 1.0), 0.05)
+    return max(min(age_s / FADE_S, (toast.life_s - age_s) / FADE_S, 1.0), 0.05)

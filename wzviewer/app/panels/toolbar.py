@@ -4,7 +4,7 @@ from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.history import undoable
+from wzviewer.app.history import wording
 from wzviewer.app.keys import label_of
 from wzviewer.app.panels.surface import Ui, colored, plate, quiet, tooltip
 from wzviewer.app.settings import KeymapName
@@ -40,11 +40,13 @@ def _files(state: AppState) -> tuple[Button, ...]:
 
 
 def _history(state: AppState) -> tuple[Button, ...]:
-    is_making = state.job is not None and state.job.level is not None
-    can_undo = undoable(state.scene) is not None and not is_making
+    back, forth = state.history.undoable, state.history.redoable
+    undo = f"Undo: {wording(back)}" if back is not None else "Undo"
+    redo = f"Redo: {wording(forth)}" if forth is not None else "Redo"
     return (
-        (icons.ICON_FA_ARROW_ROTATE_LEFT, "Undo a level", cmd.Undo(), can_undo),
-        (icons.ICON_FA_ARROW_ROTATE_RIGHT, "Redo", cmd.Redo(), bool(state.undone)),
+        (icons.ICON_FA_ARROW_ROTATE_LEFT, undo, cmd.Undo(), back is not None),
+        (icons.ICON_FA_ARROW_ROTATE_RIGHT, redo, cmd.Redo(), forth is not None),
+        (icons.ICON_FA_CLOCK_ROTATE_LEFT, "History", cmd.Toggle("history"), bool(state.history.entries)),
     )
 
 

@@ -47,6 +47,10 @@ _SEPARATORS = {"and", ",", ";", "&", "+"}
 _COUNTED = set(COUNTS) - {"the"}
 _BRINGERS = {"of", "in", "with", "from", "by", "out"}
 _BETWEEN = {*AMOUNTS, "a", "an", "the", "of", "fresh"}
+_NOUNS = (
+    "gold silver copper bronze brass steel iron wood stone granite marble porcelain glass ice plastic".split()
+)
+_JOINED = {"sunset": "at", "night": "at"}
 _QUALITIES = {**SIZES, **COLORS, **PATTERNS, **SUBSTANCES}
 
 
@@ -95,6 +99,7 @@ class Edit:
 def vocabulary() -> Vocabulary:
     """Returns the words that `parse` knows, for completion while one types."""
     objects = known_words()["objects"]
+    changes = dict.fromkeys(CHANGES.values())
     return Vocabulary(
         objects=objects,
         synonyms=tuple(name for name in (*NAMES, *PLURALS) if name not in objects),
@@ -103,6 +108,9 @@ def vocabulary() -> Vocabulary:
         prepositions=tuple(sorted(PREPOSITIONS)),
         fillers=tuple(sorted({*_ARTICLES, *VERBS, *ADJECTIVES, *FILLERS, *JOINTS})),
         file_suffixes=IMAGE_SUFFIXES,
+        coverings=tuple(f"covered in {name}" for name in changes if name not in LIGHTS),
+        weathers=tuple(f"{_JOINED.get(name, 'in')} {name}" for name in sorted(LIGHTS)),
+        substances=tuple(f"made of {name}" for name in _NOUNS if name in SUBSTANCES),
     )
 
 

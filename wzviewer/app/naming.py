@@ -1,0 +1,15 @@
+"""What levels are called: the user's name, else the prompt, else what they are."""
+
+from wzviewer.core.scene import Level, Scene
+
+
+def title_of(level: Level) -> str:
+    """Returns what a level is called as long as nobody names it: its prompt, or what it is."""
+    if level.parent is None:
+        return "Photo"
+    return level.prompt or "Detail"
+
+
+def name_in(scene: Scene, index: int) -> str:
+    """Returns what a level of a scene is called."""
+    return scene.mark(index).name or title_of(scene[index])

@@ -1,0 +1,65 @@
+"""Variants: another of a level, with another seed; which of them is seen; several at once."""
+
+from dataclasses import replace
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.generation import ask
+from wzviewer.app.history import changed
+from wzviewer.app.prompting import with_prompt
+from wzviewer.app.services import Services
+from wzviewer.app.state import AppState, Goal
+from wzviewer.app.variants import group_of, newest
+from wzviewer.core.scene import Scene
+
+MAX_COUNT = 4  # asked for at once
+CUTOUT = "cutout"  # in the notes of a level that a picture was put into: its seed changes next to nothing
+
+
+def can_vary(scene: Scene, index: int) -> bool:
+    """Whether another of a level can be made."""
+    if not 0 < index < len(scene) or not scene.is_committed(index):
+        return False
+    parent = scene[index].parent
+    return parent is not None and scene.is_visible(parent) and CUTOUT not in scene[index].notes
+
+
+def another(services: Services, state: AppState, command: cmd.Another) -> AppState:
+    """Asks for a level again, with another seed."""
+    index = command.index if command.index is not None else newest(state.scene)
+    if index is None or not can_vary(state.scene, index):
+        return state.with_toast("There is no level here to make another of.")
+    level = state.scene[index]
+    count = min(max(command.count, 1), MAX_COUNT)
+    goal = Goal(level.camera, level.prompt, level.frame.origin, count, like=index)
+    prompt = state.prompt
+    state = ask(services, state, goal)
+    return with_prompt(replace(state, variants=index), prompt)  # the line is about something else
+
+
+def open_variants(services: Services, state: AppState, command: cmd.OpenVariants) -> AppState:
+    """Shows the variants of a level side by side, or no longer."""
+    return replace(state, variants=command.index)
+
+
+def choose(services: Services, state: AppState, command: cmd.ChooseVariant) -> AppState:
+    """Shows one of the variants, and hides the others."""
+    scene, index = state.scene, command.index
+    if not 0 < index < len(scene) or not scene.is_committed(index):
+        return state
+    marks = {
+        i: replace(scene.mark(i), sight="shown" if i == index else "hidden") for i in group_of(scene, index)
+    }
+    return replace(changed(services, state, "choose", index, marks), variants=index)
+
+
+def step(services: Services, state: AppState, command: cmd.StepVariant) -> AppState:
+    """Shows the next or the previous variant; after the last comes the first."""
+    index = state.variants if state.variants is not None else newest(state.scene)
+    if index is None or index >= len(state.scene):
+        return state
+    group = group_of(state.scene, index)
+    shown = [k for k, i in enumerate(group) if state.scene.mark(i).sight == "shown"]
+    if len(group) < 2:
+        return state.with_toast("There is one only. N makes another.")
+    at = shown[-1] if shown else 0
+    return choose(services, state, cmd.ChooseVariant(group[(at + command.step) % len(group)]))
