@@ -13,6 +13,8 @@
                             │          ├─ documents    open, save, close;  recovery  autosave
                             │          ├─ keeping      picture, command, film
                             │          ├─ history      undo and redo: hide and show
+                            │          ├─ reopening    recent files;  hint  once, on the first photo
+                            │          ├─ summoning    palette of commands, log window
                             │          └─ preferring   settings;  notices  details and retry
                             ▼
                    renderer.render(scene, camera) ──► window                                lines 6-7
