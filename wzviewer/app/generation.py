@@ -34,7 +34,11 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
     refusal = refusal_of(state.prompt, state.reading)
     if refusal:  # at once, and not after a flight
         return replace(state, refusal=refusal)
-    goal = replace(goal_here(services, state), count=command.count)
+    return ask_at(services, state, replace(goal_here(services, state), count=command.count))
+
+
+def ask_at(services: Services, state: AppState, goal: Goal) -> AppState:
+    """Asks for a goal in the view or in the frame that was drawn, and flies to the frame."""
     if plan_level(state.scene, goal) is None:
         return state.with_toast("There is no picture at the centre of the view. Pan onto it first.", "error")
     has_frame = state.region.camera is not None
@@ -63,11 +67,17 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
     if state.job is not None and state.job.is_auto:  # of auto detail: it makes room for what was asked for
         services.client.cancel()
         job = replace(state.job, is_cancelling=True)
-        return with_prompt(replace(state, job=job, goal=goal, is_goal_waiting=True), "")
+        return _taken(replace(state, job=job, goal=goal, is_goal_waiting=True), goal)
     if is_busy(state):
         return _wait(state, goal)
     after = begin(services, state, goal)
-    return with_prompt(after, "") if is_busy(after) else after
+    return _taken(after, goal) if is_busy(after) else after
+
+
+def _taken(state: AppState, goal: Goal) -> AppState:
+    """The line is free again, if it holds what was asked for."""
+    is_typed = goal.like is None and goal.cutout is None and goal.prompt == state.prompt.strip()
+    return with_prompt(state, "") if is_typed else state
 
 
 def is_busy(state: AppState) -> bool:
@@ -81,7 +91,7 @@ def _wait(state: AppState, goal: Goal) -> AppState:
         return state.with_toast("That is being made already. Move on, or type something to add.")
     if state.queue.is_full:
         return state.with_toast(f"{MAX_WAITING} are waiting already. One moment.")
-    return with_prompt(replace(state, queue=state.queue.with_last(goal)), "")
+    return _taken(replace(state, queue=state.queue.with_last(goal)), goal)
 
 
 def _is_same(one: Goal, other: Goal) -> bool:
@@ -124,10 +134,10 @@ def request(services: Services, state: AppState, goal: Goal, is_auto: bool = Fal
     if plan is None:
         return state
     is_last = plan.step <= STEP_MAX
-    prompt = goal.prompt if is_last else ""
+    prompt, cutout = (goal.prompt, goal.cutout) if is_last else ("", None)
     seed = len(state.scene) if goal.like is None else next_seed(state.scene, goal.like)
     try:
-        request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed=seed)
+        request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed, cutout)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
     job = Job(request_id, "level", prompt, state.now_s, is_auto=is_auto, parent=plan.parent, goal=goal)
@@ -273,7 +283,8 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
         return replace(state, job=None)  # it made room
     state = replace(state, job=None, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
     goal = job.goal if job is not None else None
-    if goal is not None and goal.like is None and not state.prompt.strip() and not state.queue.goals:
+    is_typed = goal is not None and goal.like is None and goal.cutout is None
+    if goal is not None and is_typed and not state.prompt.strip() and not state.queue.goals:
         state = with_prompt(state, goal.prompt)  # so that it can be put right
     if event.cancelled:
         waiting = len(state.queue.goals)
@@ -282,7 +293,7 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     line = _sentence(event)
     if event.bad_input and len(state.scene):
         return replace(state, refusal=line)
-    can_retry = job is not None and not job.is_auto and not event.bad_input
+    can_retry = is_typed and job is not None and not job.is_auto and not event.bad_input
     retry = job.prompt if can_retry and job is not None else None
     return state.with_toast(line, "error", event.detail, retry)
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 from wzviewer.app import commands as cmd
 from wzviewer.app.generation import ask
 from wzviewer.app.history import changed
-from wzviewer.app.prompting import with_prompt
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal
 from wzviewer.app.variants import group_of, newest
@@ -31,9 +30,7 @@ def another(services: Services, state: AppState, command: cmd.Another) -> AppSta
     level = state.scene[index]
     count = min(max(command.count, 1), MAX_COUNT)
     goal = Goal(level.camera, level.prompt, level.frame.origin, count, like=index)
-    prompt = state.prompt
-    state = ask(services, state, goal)
-    return with_prompt(replace(state, variants=index), prompt)  # the line is about something else
+    return replace(ask(services, state, goal), variants=index)
 
 
 def open_variants(services: Services, state: AppState, command: cmd.OpenVariants) -> AppState:

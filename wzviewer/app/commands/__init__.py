@@ -6,10 +6,12 @@ from wzviewer.app.commands.base import (
 from wzviewer.app.commands.documents import (
     AskOpen,
     Close,
+    Drop,
     Open,
     OpenDemo,
     Save,
     SaveTo,
+    SettleDrop,
     SettleRecovery,
     SettleUnsaved,
 )
@@ -100,6 +102,7 @@ __all__ = [
     "DeleteLevel",
     "DismissToast",
     "DragTo",
+    "Drop",
     "DropWish",
     "EditPath",
     "EditPrompt",
@@ -131,6 +134,7 @@ __all__ = [
     "SaveTo",
     "SetLook",
     "SetPictureSize",
+    "SettleDrop",
     "SettleRecovery",
     "SettleUnsaved",
     "ShowLevel",

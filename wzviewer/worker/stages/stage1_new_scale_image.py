@@ -220,7 +220,8 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     result = models.editor.apply(edit, draft.image, support, seed, check=check)
     placements = [placement.to_dict() for placement in result.placements]
     draft = _with_objects(draft, result)
-    return replace(draft, notes={**draft.notes, "placements": placements})
+    notes = {"cutout": True} if any(request.pixels is not None for request in edit.objects) else {}
+    return replace(draft, notes={**draft.notes, "placements": placements, **notes})
 
 
 def _redrawn(

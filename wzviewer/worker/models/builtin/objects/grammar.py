@@ -8,9 +8,10 @@ is better than a wrong object.
 
 import difflib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from wzviewer.core.types import FloatArray
 from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.errors import PromptError
 from wzviewer.worker.models.builtin.objects.traits import Tint, linear
@@ -65,6 +66,7 @@ class Request:
         tint: colour, pattern and substance words, resolved.
         offset: (x, y) place relative to the centre, in widths and heights.
         path: the image file, if name is "image".
+        pixels: (h, w, 4) sRGB and alpha, 0..1, instead of a file; or None.
     """
 
     name: str
@@ -73,6 +75,7 @@ class Request:
     tint: Tint = NO_TINT
     offset: tuple[float, float] = (0.0, 0.0)
     path: str = ""
+    pixels: FloatArray | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
