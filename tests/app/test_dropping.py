@@ -10,7 +10,7 @@ from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
 from wzviewer.app.state import empty_state
-from wzviewer.app.varying import can_vary
+from wzviewer.app.variants import CUTOUT, can_vary
 from wzviewer.core.files import save_scene
 from wzviewer.core.photos import encode_png
 
@@ -57,6 +57,8 @@ def test_putting_it_in_sends_it_to_the_worker_and_leaves_the_line_alone(services
         state = drain(services, state, 0.0)
     assert state.scene[1].prompt == "robin"
     assert can_vary(state.scene, 1)  # what the fake makes says nothing of a picture
+    state.scene[1].notes[CUTOUT] = True
+    assert not can_vary(state.scene, 1)
 
 
 def test_while_something_runs_it_waits(services, cutout):

@@ -15,7 +15,7 @@ from wzviewer.app.prompting import refusal_of, with_prompt, with_vocabulary
 from wzviewer.app.region import Region
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal, Job, StageNote, View
-from wzviewer.app.variants import group_of, next_seed
+from wzviewer.app.variants import can_vary, group_of, next_seed
 from wzviewer.app.viewing import fly_to
 from wzviewer.app.wishes import AGAIN_S, MAX_WAITING, Queue
 from wzviewer.core.scene import Level
@@ -255,7 +255,8 @@ def _finish(services: Services, state: AppState, level: Level) -> AppState:
     state = _noted(state, level, job.goal, is_last)
     seconds = state.now_s - started_s
     name = f"“{name_in(state.scene, level.index)}”" if level.prompt else "New detail"
-    offer = ("", None) if job.is_auto or not is_last else ("Another", cmd.Another(level.index))
+    has_offer = is_last and not job.is_auto and can_vary(state.scene, level.index)
+    offer = ("Another", cmd.Another(level.index)) if has_offer else ("", None)
     state = state.with_toast(f"{name} is ready: {seconds:.1f} s.", "done", button=offer[0], command=offer[1])
     return request(services, state, state.goal, job.is_auto) if state.goal is not None else state
 

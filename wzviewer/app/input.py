@@ -90,6 +90,10 @@ def _read_keys(state: AppState) -> list[cmd.Command]:
         return _answer(state)
     if io.want_text_input:  # keys are dead while typing; the prompt line reads its own Enter and Escape
         return []
+    if imgui.is_popup_open("", imgui.PopupFlags_.any_popup.value):  # a menu takes Escape, and no other key
+        if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
+            imgui.internal.close_popup_to_level(0, True)
+        return []
     commands: list[cmd.Command] = []
     for binding in BINDINGS:
         pressed = any(imgui.is_key_pressed(key, repeat=False) for key in binding.keys)

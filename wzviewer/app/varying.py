@@ -7,19 +7,9 @@ from wzviewer.app.generation import ask
 from wzviewer.app.history import changed
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal
-from wzviewer.app.variants import group_of, newest
-from wzviewer.core.scene import Scene
+from wzviewer.app.variants import can_vary, group_of, newest
 
 MAX_COUNT = 4  # asked for at once
-CUTOUT = "cutout"  # in the notes of a level that a picture was put into: its seed changes next to nothing
-
-
-def can_vary(scene: Scene, index: int) -> bool:
-    """Whether another of a level can be made."""
-    if not 0 < index < len(scene) or not scene.is_committed(index):
-        return False
-    parent = scene[index].parent
-    return parent is not None and scene.is_visible(parent) and CUTOUT not in scene[index].notes
 
 
 def another(services: Services, state: AppState, command: cmd.Another) -> AppState:

@@ -30,7 +30,7 @@ def draw_waiting(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command
             imgui.text_unformatted("Next")
         imgui.same_line(0.0, ui.pt(8))
         for place, goal in enumerate(goals):
-            text = elided(wish_text(state.scene, goal), ui.pt(CHIP_PT))
+            text = elided(wish_text(state.scene, goal), min(ui.pt(CHIP_PT), above.width / 5))
             needed = imgui.calc_text_size(f"{text}  {icons.ICON_FA_XMARK}").x + ui.pt(20 + CLEAR_PT)
             rest = ui.pt(MORE_PT) if place + 1 < len(goals) else 0.0
             if place and imgui.get_cursor_screen_pos().x + needed + rest > right:
