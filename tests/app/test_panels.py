@@ -16,9 +16,12 @@ from wzviewer.app.naming import name_in
 from wzviewer.app.panels.branches import tree_rows
 from wzviewer.app.panels.help import COLUMNS, rows_of
 from wzviewer.app.prompting import with_phrase, with_prompt, with_vocabulary
+from wzviewer.app.region import Region
 from wzviewer.app.settings import Settings
-from wzviewer.app.state import Film, Job, Panels, StageNote, empty_state
+from wzviewer.app.state import Film, Goal, Job, Panels, StageNote, empty_state
+from wzviewer.app.wishes import Queue
 from wzviewer.core.marks import Mark
+from wzviewer.worker.models.builtin.objects import grammar
 
 CENTRE = (640, 400)
 
@@ -26,6 +29,11 @@ CENTRE = (640, 400)
 def making(state):
     notes = (StageNote(1, "new scale image", 0.0), StageNote(2, "depth registration", 1.0))
     return replace(state, job=Job(1, "level", "a bird", 0.0, notes, 0.3), now_s=2.0)
+
+
+def goal(prompt):
+    camera = state_with(make_scene(1)).view.home.zoomed_to_region(0.4, 0.4, 8.0)
+    return Goal(camera, prompt, camera.unproject(320, 210, 1.0))
 
 
 STATES = {
@@ -47,6 +55,23 @@ STATES = {
     ),
     "settings": lambda: replace(state_with(make_scene(2)), panels=Panels(settings=True)),
     "failed": lambda: state_with(make_scene(2)).with_toast("It failed.", "error", "Traceback " * 30, ""),
+    "waiting": lambda: replace(
+        making(state_with(make_scene(3))),
+        queue=Queue(tuple(goal(f"a thing with a long name {k}") for k in range(8))),
+        variants=2,
+    ),
+    "history": lambda: replace(state_with(make_scene(9)), panels=Panels(history=True)),
+    "materials": lambda: replace(
+        with_vocabulary(state_with(make_scene(2)), grammar.vocabulary()), panels=Panels(materials=True)
+    ),
+    "frame": lambda: replace(state_with(make_scene(2)), region=Region(camera=goal("").camera)),
+    "drawing": lambda: replace(
+        state_with(make_scene(2)), region=Region(is_drawing=True, start_px=(90.0, 80.0), end_px=(9.0, 2.0))
+    ),
+    "drop": lambda: replace(
+        state_with(make_scene(2)), panels=Panels(dialog="drop", dialog_path="/a/" + 9 * "long name " + ".png")
+    ),
+    "renaming": lambda: replace(state_with(make_scene(2)), renaming=1),
     "path": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="save", dialog_path="/x")),
 }
 

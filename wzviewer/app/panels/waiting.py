@@ -6,7 +6,7 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
-from wzviewer.app.naming import name_in
+from wzviewer.app.naming import DETAIL, name_in
 from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, quiet, tooltip
 from wzviewer.app.state import AppState, Goal
 from wzviewer.core.scene import Scene
@@ -53,7 +53,8 @@ def draw_waiting(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command
 def wish_text(scene: Scene, goal: Goal) -> str:
     """Returns what a goal is called in the queue."""
     if goal.like is not None and goal.like < len(scene):
-        name = f"another {name_in(scene, goal.like)}"
+        what = name_in(scene, goal.like)
+        name = "other detail" if what == DETAIL else f"another {what.removeprefix('a ').removeprefix('an ')}"
     else:
         name = goal.prompt or "finer detail"
     return f"{name} ×{goal.count}" if goal.count > 1 else name
