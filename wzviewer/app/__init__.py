@@ -14,7 +14,7 @@
                             │          ├─ prompting    known words, refusal;  auto  asks by itself
                             │          ├─ documents    open, save, close;  dropping;  recovery  autosave
                             │          ├─ keeping      picture, command, film
-                            │          ├─ history      undo and redo of all marks: made, hidden, deleted, renamed
+                            │          ├─ history      undo and redo of all that changes the scene
                             │          └─ preferring   settings;  notices  details and retry
                             ▼
                    renderer.render(scene, camera) ──► window                                lines 6-7
