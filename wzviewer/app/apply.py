@@ -73,6 +73,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
         return replace(state, region=Region())
     if generation.is_busy(state) or state.queue.goals:
         return generation.cancel(services, state, cmd.CancelJob())
+    if state.variants is not None:
+        return replace(state, variants=None)
     return replace(state, refusal="", view=replace(state.view, flight=None))
 
 

@@ -25,7 +25,8 @@ DONE = {
 
 def wording(entry: Entry) -> str:
     """Returns an entry in words, beginning small."""
-    return DONE[entry.kind].format("finer detail" if entry.what == DETAIL else f"“{entry.what}”")
+    text = DONE[entry.kind].format("finer detail" if entry.what == DETAIL else f"“{entry.what}”")
+    return text.replace("another finer", "other")
 
 
 # ------------------------------------------------------------------ through the history
@@ -35,7 +36,10 @@ def undo(services: Services, state: AppState, command: cmd.Undo) -> AppState:
     """Takes back the newest change that holds."""
     entry = state.history.undoable
     if entry is None:
-        return state.with_toast("Nothing to undo.")
+        is_making = state.job is not None and state.job.kind == "level"
+        return state.with_toast(
+            "A level is in the making. Esc cancels it." if is_making else "Nothing to undo."
+        )
     state = _settled(services, _moved(state, state.history.at - 1))
     return state.with_toast(f"Undone: {wording(entry)}.")
 

@@ -14,7 +14,7 @@ MAX_COUNT = 4  # asked for at once
 
 def another(services: Services, state: AppState, command: cmd.Another) -> AppState:
     """Asks for a level again, with another seed."""
-    index = command.index if command.index is not None else newest(state.scene)
+    index = command.index if command.index is not None else _present(state)
     if index is None or not can_vary(state.scene, index):
         return state.with_toast("There is no level here to make another of.")
     level = state.scene[index]
@@ -39,11 +39,20 @@ def choose(services: Services, state: AppState, command: cmd.ChooseVariant) -> A
     return replace(changed(services, state, "choose", index, marks), variants=index)
 
 
+def _present(state: AppState) -> int | None:
+    """The level that is meant where none is named: of the strip that is open, or the newest."""
+    index = state.variants
+    if index is None or not index < len(state.scene) or not group_of(state.scene, index):
+        return newest(state.scene)
+    shown = [i for i in group_of(state.scene, index) if state.scene.mark(i).sight == "shown"]
+    return shown[-1] if shown else index
+
+
 def step(services: Services, state: AppState, command: cmd.StepVariant) -> AppState:
     """Shows the next or the previous variant; after the last comes the first."""
-    index = state.variants if state.variants is not None else newest(state.scene)
-    if index is None or index >= len(state.scene):
-        return state
+    index = _present(state)
+    if index is None:
+        return state.with_toast("There is no level here to make another of.")
     group = group_of(state.scene, index)
     shown = [k for k, i in enumerate(group) if state.scene.mark(i).sight == "shown"]
     if len(group) < 2:

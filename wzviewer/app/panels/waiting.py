@@ -7,6 +7,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.naming import DETAIL, name_in
+from wzviewer.app.panels.frame import draw_place
 from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, quiet, tooltip
 from wzviewer.app.state import AppState, Goal
 from wzviewer.core.scene import Scene
@@ -38,6 +39,8 @@ def draw_waiting(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command
                 break
             if imgui.button(f"{text}  {icons.ICON_FA_XMARK}##wish{place}"):
                 commands.append(cmd.DropWish(place))
+            if imgui.is_item_hovered():
+                draw_place(state, ui, goal.camera)
             tooltip("Take it out of the queue")
             imgui.same_line(0.0, ui.pt(4))
         imgui.same_line(right - imgui.get_window_pos().x - imgui.calc_text_size("Clear").x - ui.pt(16))
