@@ -34,6 +34,7 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
     refusal = refusal_of(state.prompt, state.reading)
     if refusal:  # at once, and not after a flight
         return replace(state, refusal=refusal)
+    state = replace(state, panels=replace(state.panels, materials=False))
     return ask_at(services, state, replace(goal_here(services, state), count=command.count))
 
 
@@ -64,6 +65,8 @@ def goal_here(services: Services, state: AppState) -> Goal:
 
 def ask(services: Services, state: AppState, goal: Goal) -> AppState:
     """Asks for a goal: now, or once what runs has ended.  Then the prompt line is free again."""
+    if state.job is not None and state.job.is_auto and _is_wanted(state.job, goal):
+        return replace(state, job=replace(state.job, is_auto=False))
     if state.job is not None and state.job.is_auto:  # of auto detail: it makes room for what was asked for
         services.client.cancel()
         job = replace(state.job, is_cancelling=True)
@@ -72,6 +75,12 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
         return _wait(state, goal)
     after = begin(services, state, goal)
     return _taken(after, goal) if is_busy(after) else after
+
+
+def _is_wanted(job: Job, goal: Goal) -> bool:
+    """Whether auto detail is making what is now asked for."""
+    is_same = job.goal is not None and _is_same(job.goal, goal)
+    return is_same and goal.count == 1 and not job.is_cancelling
 
 
 def _taken(state: AppState, goal: Goal) -> AppState:

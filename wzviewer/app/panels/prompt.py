@@ -61,8 +61,9 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
     imgui.pop_style_var()
     base = _base(state, ui)
     above = Rect(base.x, rect.y - ui.pt(8), base.width, 0.0)
+    has_offers = is_typing and bool(state.offers) and not (state.refusal or state.panels.materials)
     stack: list[tuple[bool, Callable[[AppState, Ui, Rect], tuple[list[cmd.Command], float]]]] = [
-        (is_typing and bool(state.offers) and not state.refusal, draw_offers),
+        (has_offers, draw_offers),
         (state.panels.materials, draw_materials),
         (state.job is not None, _progress),
         (bool(state.refusal) and state.job is None, _refusal),

@@ -69,7 +69,7 @@ def _row(state: AppState, ui: Ui, row: Row, is_here: bool) -> list[cmd.Command]:
     x = at.x + ui.pt(5 + INDENT_PT * min(row.depth, MAX_INDENT))
     frame = (x, at.y + ui.pt(5), ui.pt(PICTURE_PT), height - ui.pt(10))
     picture(ui, ui.thumbnails.get(index), frame, is_here, opacity)
-    has_eye = index > 0 and (is_hovered or not row.is_seen)
+    has_eye = index > 0 and (is_hovered or state.scene.mark(index).sight != "shown")
     right, text_x = corner[0] - ui.pt(EYE_PT + 2 if has_eye else 4), x + ui.pt(PICTURE_PT + 9)
     imgui.push_style_var(imgui.StyleVar_.alpha.value, opacity)
     _words(state, ui, row, text_x, at.y + ui.pt(10), right)
