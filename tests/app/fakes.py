@@ -88,6 +88,7 @@ class FakeClient:
     def __init__(self) -> None:
         self.calls: list[tuple[object, ...]] = []
         self.seeds: list[int] = []
+        self.cutouts: list[np.ndarray] = []
         self.refuses: set[str] = set()
         self.fails = False
         self.is_busy = False
@@ -125,6 +126,7 @@ class FakeClient:
     ) -> int:
         self.calls.append(("synthesize", parent, prompt))
         self.seeds.append(seed)
+        self.cutouts += [] if cutout is None else [cutout]
         request_id = self._begin()
         if prompt in self.refuses:
             drop = ev.LevelDropped(

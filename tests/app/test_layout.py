@@ -1,5 +1,6 @@
 """No two panels share a place, whatever the window."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import pytest
@@ -15,7 +16,8 @@ def test_panels_do_not_overlap(size, scale):
         pytest.skip("smaller than the smallest window")
     layout = arrange(*size, scale)
     standing = {
-        k: getattr(layout, k) for k in ("toolbar", "breadcrumb", "tree", "prompt", "scale_bar", "status")
+        k: getattr(layout, k)
+        for k in ("toolbar", "breadcrumb", "tree", "prompt", "scale_bar", "status", "locator")
     }
     for (a, one), (b, other) in combinations(standing.items(), 2):
         assert not one.overlaps(other), (a, b)
@@ -25,6 +27,10 @@ def test_panels_do_not_overlap(size, scale):
         assert rect.bottom <= size[1]
     assert layout.prompt.width >= 300 * scale or layout.prompt.width >= size[0] - 30 * scale
     assert not layout.tree.overlaps(layout.statistics)
+    above = replace(layout.stack, y=layout.prompt.y - 200 * scale, height=190 * scale)
+    assert not above.overlaps(layout.locator)
+    assert layout.stack == layout.prompt or not above.overlaps(layout.tree)
+    assert (layout.locator.width > 0) == (size[0] / scale > 708 and size[1] / scale >= 420)
 
 
 def test_magnifications_read_well():

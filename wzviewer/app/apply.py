@@ -13,6 +13,7 @@ from wzviewer.app import (
     answers,
     auto,
     documents,
+    dropping,
     framing,
     generation,
     hint,
@@ -80,6 +81,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
         return replace(state, region=Region())
     if generation.is_busy(state) or state.queue.goals:
         return generation.cancel(services, state, cmd.CancelJob())
+    if state.variants is not None:
+        return replace(state, variants=None)
     return replace(state, refusal="", view=replace(state.view, flight=None))
 
 
@@ -125,6 +128,8 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.ChooseVariant: varying.choose,
     cmd.StepVariant: varying.step,
     cmd.Open: documents.open_path,
+    cmd.Drop: dropping.drop,
+    cmd.SettleDrop: dropping.settle_drop,
     cmd.OpenDemo: documents.open_demo,
     cmd.RemoveRecent: reopening.remove,
     cmd.ClearRecents: reopening.clear,

@@ -37,8 +37,15 @@ class Client(Protocol):
         """Asks for E_0 from a photo in its working size, and with more pixels if it has them."""
         ...
 
-    def synthesize(self, parent: int, camera: Camera, prompt: str = "", seed: int = 0) -> int:
-        """Asks for a further level."""
+    def synthesize(
+        self,
+        parent: int,
+        camera: Camera,
+        prompt: str = "",
+        seed: int = 0,
+        cutout: ByteArray | None = None,
+    ) -> int:
+        """Asks for a further level, perhaps with a picture (h, w, 4) put into it."""
         ...
 
     def cancel(self) -> None:

@@ -30,7 +30,7 @@ from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
-DialogKind = Literal["open", "save", "picture", "film", "unsaved", "recover", ""]
+DialogKind = Literal["open", "save", "picture", "film", "unsaved", "recover", "drop", ""]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
 OFFER_S = 9.0  # of a notice with a button: time to read it and to go there

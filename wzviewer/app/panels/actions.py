@@ -7,10 +7,10 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.keys import label_of
 from wzviewer.app.layout import Rect
 from wzviewer.app.naming import name_in
-from wzviewer.app.panels.surface import Ui, colored, quiet, tooltip
+from wzviewer.app.panels.surface import Ui, colored, menu, quiet, tooltip
 from wzviewer.app.state import AppState
-from wzviewer.app.variants import newest
-from wzviewer.app.varying import MAX_COUNT, can_vary
+from wzviewer.app.variants import can_vary, newest
+from wzviewer.app.varying import MAX_COUNT
 
 TOOL_PT, CHEVRON_PT = 32.0, 20.0
 NARROWEST_PT = 400.0  # prompt bar with room for the tools; their keys work in any
@@ -66,15 +66,11 @@ def draw_more(state: AppState, ui: Ui, height: float) -> list[cmd.Command]:
     tooltip("Several variants, or another of the last")
     corner = imgui.get_item_rect_max()
     imgui.set_next_window_pos((corner.x, ui.layout.prompt.y - ui.pt(6)), pivot=(1.0, 1.0))
-    imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(8), ui.pt(8)))
-    commands = _menu(state)
-    imgui.pop_style_var()
-    return commands
+    with menu(ui, "more") as is_open:
+        return _offers(state) if is_open else []
 
 
-def _menu(state: AppState) -> list[cmd.Command]:
-    if not imgui.begin_popup("more"):
-        return []
+def _offers(state: AppState) -> list[cmd.Command]:
     commands: list[cmd.Command] = []
     for count in range(2, MAX_COUNT + 1):
         if imgui.menu_item(f"Make {count} variants", "", False)[0]:
@@ -86,5 +82,4 @@ def _menu(state: AppState) -> list[cmd.Command]:
     label = f"Another “{name}”" if name else "Another of the last level"
     if imgui.menu_item(label, label_of(cmd.Another), False, is_possible)[0]:
         commands.append(cmd.Another(last))
-    imgui.end_popup()
     return commands

@@ -224,6 +224,8 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     notes = {**draft.notes, "placements": placements}
     if result.places:
         notes["places"] = list(result.places)
+    if any(request.pixels is not None for request in edit.objects):
+        notes["cutout"] = True
     return replace(draft, notes=notes)
 
 

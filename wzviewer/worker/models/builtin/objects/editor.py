@@ -9,9 +9,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from wzviewer.core.types import FloatArray
+from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.core.vocabulary import Vocabulary
-from wzviewer.worker.models.builtin.objects import grammar
+from wzviewer.worker.models.builtin.objects import cutout, grammar
 from wzviewer.worker.models.builtin.objects.deeper import march_again
 from wzviewer.worker.models.builtin.objects.dew import redrawn
 from wzviewer.worker.models.builtin.objects.grammar import Change, Edit, Request
@@ -37,6 +37,15 @@ class ObjectEditor:
             PromptError: at once, for what it does not know.
         """
         return grammar.parse(prompt)
+
+    @staticmethod
+    def insertion(pixels: ByteArray, name: str) -> Edit:
+        """Returns the edit that puts a cut-out in.
+
+        Raises:
+            PromptError: when it is malformed, or nothing of it is opaque.
+        """
+        return Edit(name, (Request("image", pixels=cutout.prepared(pixels, name)),))
 
     @staticmethod
     def vocabulary() -> Vocabulary:

@@ -8,9 +8,10 @@ is better than a wrong object.
 
 import difflib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from wzviewer.core.types import FloatArray
 from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.errors import PromptError
 from wzviewer.worker.models.builtin.objects.traits import Tint, linear
@@ -76,6 +77,7 @@ class Request:
         hovers: whether it is in the air above its place.
         submerged: whether it is below the surface of water.
         sized: whether a word says how large it is.
+        pixels: (h, w, 4) sRGB and alpha, 0..1, instead of a file; or None.
     """
 
     name: str
@@ -89,6 +91,7 @@ class Request:
     hovers: bool = False
     submerged: bool = False
     sized: bool = False
+    pixels: FloatArray | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

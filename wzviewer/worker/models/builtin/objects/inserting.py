@@ -119,7 +119,7 @@ def _insert_image(
     light: Light,
 ) -> EditResult:
     shape = (result.image.shape[0], result.image.shape[1])
-    rgba = cutout.load_cutout(request.path)
+    rgba = request.pixels if request.pixels is not None else cutout.load_cutout(request.path)
     layer, foot = cutout.card_layer(rgba, shape, centre, width_px, light.exposure)
     plane = placement.fit_plane(geometry, *centre, 0.6 * width_px)
     rows = np.nonzero((layer.alpha > 0.5).any(1))[0]
