@@ -12,11 +12,13 @@ from typing import Any
 from wzviewer.app import (
     answers,
     auto,
+    directing,
     documents,
     generation,
     history,
     keeping,
     notices,
+    planning,
     preferring,
     prompting,
     recovery,
@@ -98,11 +100,30 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.SaveTo: documents.save_to,
     cmd.AskPicture: keeping.ask_picture,
     cmd.SavePicture: keeping.save_picture,
-    cmd.SetPictureSize: keeping.set_size,
+    cmd.SetPictureSize: planning.set_size,
     cmd.CopyView: keeping.copy_view,
     cmd.AskFilm: keeping.ask_film,
     cmd.MakeFilm: keeping.make_film,
     cmd.CancelFilm: keeping.cancel_film,
+    cmd.SetPlan: planning.set_plan,
+    cmd.AddKey: directing.add_key,
+    cmd.UpdateKey: directing.update_key,
+    cmd.DeleteKey: directing.delete_key,
+    cmd.SelectKey: directing.select_key,
+    cmd.StepKey: directing.step_key,
+    cmd.RetimeKey: directing.retime_key,
+    cmd.SetKeySeconds: directing.set_key_seconds,
+    cmd.SetKeyPace: directing.set_key_pace,
+    cmd.ScrubTo: directing.scrub_to,
+    cmd.TogglePlay: directing.toggle_play,
+    cmd.ToggleLoop: directing.toggle_loop,
+    cmd.FillKeys: directing.fill_keys,
+    cmd.PlanKeysFilm: directing.plan_keys_film,
+    cmd.ClearKeys: directing.clear_keys,
+    cmd.BringBackKeys: directing.bring_back_keys,
+    cmd.AskPath: directing.ask_path,
+    cmd.OpenCameraPath: directing.open_camera_path,
+    cmd.SaveCameraPath: directing.save_camera_path,
     cmd.Close: documents.close,
     cmd.SettleUnsaved: documents.settle_unsaved,
     cmd.SettleRecovery: recovery.settle_recovery,
@@ -146,6 +167,8 @@ def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     state = trail.note_place(state)
     recovery.keep(services, state)
     state = keeping.follow_film(services, state)
+    if directing.is_previewing(state):  # nobody has come to look: no detail is asked for
+        return state
     return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 

@@ -10,6 +10,7 @@ from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
+from wzviewer.app.timeline import FIELD, timeline_of
 from wzviewer.core.camera import Camera
 from wzviewer.core.files import is_scene_file, load_scene, save_scene
 from wzviewer.core.photos import fit_photo, load_photo
@@ -93,6 +94,7 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         settings=state.settings,
         picture_size=state.picture_size,
         film=state.film,
+        plan=state.plan,
     )
     if scene is not None:
         return with_scene(services, fresh, scene, path)
@@ -107,7 +109,17 @@ def with_scene(services: Services, state: AppState, scene: Scene, path: Path | N
     view = View.at_home(scene[0].camera, state.view.camera.width, state.view.camera.height)
     centre = view.camera.unproject(view.camera.width / 2, view.camera.height / 2, scene[0].anchor_depth)
     state = replace(state, view=replace(view, focus=centre), scene=scene, path=path)
+    state = with_timeline(state)
     return replace(state, undone=restored(scene), saved=(state.num_finished, scene.hidden))
+
+
+def with_timeline(state: AppState) -> AppState:
+    """Returns the state with the keyframes that the scene was saved with."""
+    camera = state.view.camera
+    found = timeline_of(state.scene.unknown_fields.get(FIELD), (camera.width, camera.height))
+    if found is None:
+        return state.with_toast("The keyframes in this file are damaged: the timeline is empty.", "error")
+    return replace(state, timeline=found)
 
 
 # ------------------------------------------------------------------ saving
@@ -131,7 +143,8 @@ def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppStat
     except (WzError, OSError) as error:
         return state.with_toast(str(error), "error")
     saved = (state.num_finished, state.scene.hidden)
-    state = replace(state, path=path, name=path.name, saved=saved)
+    kept = replace(state.timeline, saved=state.timeline.path)
+    state = replace(state, path=path, name=path.name, saved=saved, timeline=kept)
     state = state.with_toast(f"Saved {path.name}.", "done")
     then = state.after
     return then(replace(state, after=None)) if then is not None else state

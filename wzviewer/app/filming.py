@@ -1,7 +1,9 @@
-"""A film of the zoom from the photo to the view, made by ``wzviewer render`` in a process of its own.
+"""A film, made by ``wzviewer render`` in a process of its own.
 
 So the frame loop never waits for it: a thread writes the scene and the camera path to a temporary
-folder, follows the progress of the process, and ends it when the user cancels.
+folder, follows the progress of the process, and ends it when the user cancels.  The film grows in a
+hidden folder beside its place and is moved there once it is whole, so that a cancelled one, or one
+whose process was killed, leaves nothing.
 """
 
 import json
@@ -48,7 +50,9 @@ class FilmNews:
 class Filmer(Protocol):
     """Makes one film at a time."""
 
-    def start(self, scene: Scene, cameras: Sequence[Camera], path: Path, look: Look) -> None:
+    def start(
+        self, scene: Scene, cameras: Sequence[Camera], path: Path, look: Look, fps: float = FPS
+    ) -> None:
         """Begins; `poll` tells how it goes."""
 
     def cancel(self) -> None:
@@ -62,7 +66,21 @@ class Filmer(Protocol):
         """Ends whatever runs."""
 
 
-def film_cameras(home: Camera, here: Camera, focus: DoubleArray, size: tuple[int, int]) -> list[Camera]:
+def natural_film_s(home: Camera, here: Camera) -> float:
+    """Returns the length of a film from the photo to the view: 2 s for every x8, and the rests."""
+    ratio = here.focal_px / here.width * home.width / home.focal_px
+    folds = abs(math.log(ratio)) / math.log(ZOOM_FACTOR)
+    return max(SHORTEST_S, SECONDS_PER_LEVEL * folds) + 2 * HOLD_S
+
+
+def film_cameras(
+    home: Camera,
+    here: Camera,
+    focus: DoubleArray,
+    size: tuple[int, int],
+    fps: float = FPS,
+    duration_s: float | None = None,
+) -> list[Camera]:
     """Returns the way from the photo to the view: even in log focal length, resting at both ends.
 
     Args:
@@ -70,14 +88,15 @@ def film_cameras(home: Camera, here: Camera, focus: DoubleArray, size: tuple[int
         here: the view.
         focus: (3,) world point that the view looks at.
         size: width and height of the film, px; odd ones lose their last row or column.
+        fps: frames per second.
+        duration_s: of the film; None is what suits it.
     """
     start, end = home.resized(*size), here.resized(*size)
-    folds = abs(math.log(end.focal_px / start.focal_px)) / math.log(ZOOM_FACTOR)
-    count = round(FPS * max(SHORTEST_S, SECONDS_PER_LEVEL * folds))
-    shares = [i / count for i in range(1, count)]
-    between = [navigation.interpolated(start, end, focus, s * s * (3.0 - 2.0 * s)) for s in shares]
-    hold = round(FPS * HOLD_S)
-    return [start] * hold + between + [end] * hold
+    natural_s = natural_film_s(start, end)
+    count = max(round((duration_s or natural_s) * fps), 2)
+    way_s = natural_s - 2 * HOLD_S
+    shares = [min(max((natural_s * i / (count - 1) - HOLD_S) / way_s, 0.0), 1.0) for i in range(count)]
+    return [navigation.interpolated(start, end, focus, s * s * (3.0 - 2.0 * s)) for s in shares]
 
 
 def snapshot(scene: Scene) -> Scene:
@@ -102,10 +121,12 @@ class FilmProcess:
         self._thread: threading.Thread | None = None
         self._cancelled = threading.Event()
 
-    def start(self, scene: Scene, cameras: Sequence[Camera], path: Path, look: Look) -> None:
+    def start(
+        self, scene: Scene, cameras: Sequence[Camera], path: Path, look: Look, fps: float = FPS
+    ) -> None:
         """Begins; `poll` tells how it goes."""
         self._cancelled.clear()
-        arguments = (snapshot(scene), list(cameras), path, look)
+        arguments = (snapshot(scene), list(cameras), path, look, fps)
         self._thread = threading.Thread(target=self._make, args=arguments, daemon=True)
         self._thread.start()
 
@@ -129,16 +150,22 @@ class FilmProcess:
         if self._thread is not None:
             self._thread.join(END_WAIT_S)
 
-    def _make(self, scene: Scene, cameras: list[Camera], path: Path, look: Look) -> None:
+    def _make(self, scene: Scene, cameras: list[Camera], path: Path, look: Look, fps: float) -> None:
         why_not = ""
         try:
-            with tempfile.TemporaryDirectory(prefix="wzviewer-film-") as folder:
-                command = write_request(Path(folder), scene, cameras, path, look)
+            with (
+                tempfile.TemporaryDirectory(prefix="wzviewer-film-") as folder,
+                tempfile.TemporaryDirectory(
+                    prefix=".wzviewer-film-", dir=path.parent, ignore_cleanup_errors=True
+                ) as beside,
+            ):
+                made = Path(beside) / path.name
+                command = write_request(Path(folder), scene, cameras, made, look, fps)
                 why_not = self._run(command)
+                if not why_not and not self._cancelled.is_set():
+                    made.replace(path)
         except (OSError, WzError) as error:
             why_not = str(error)
-        if self._cancelled.is_set():
-            path.with_name(f".{path.stem}.part.mp4").unlink(missing_ok=True)
         self._news.put(FilmNews(1.0, True, why_not, self._cancelled.is_set()))
 
     def _run(self, command: list[str]) -> str:
@@ -159,16 +186,19 @@ class FilmProcess:
         return last.removeprefix("error: ") if process.returncode else ""
 
 
-def write_request(folder: Path, scene: Scene, cameras: list[Camera], path: Path, look: Look) -> list[str]:
+def write_request(
+    folder: Path, scene: Scene, cameras: list[Camera], path: Path, look: Look, fps: float = FPS
+) -> list[str]:
     """Writes scene and camera path into a folder; returns the command line that makes the film.
 
     Raises:
         OutputError: when the folder cannot be written.
     """
     save_scene(scene, folder / "scene.wz")
-    frames = {"frames": [camera_to_json(camera) for camera in cameras]}
+    frames = {"fps": fps, "frames": [camera_to_json(camera) for camera in cameras]}
     (folder / "path.json").write_text(json.dumps(frames), "utf-8")
     command = [sys.executable, "-m", "wzviewer", "render", str(folder / "scene.wz"), "-o", str(path)]
+    command += ["--size", f"{cameras[0].width}x{cameras[0].height}", "--fps", f"{fps:g}"]
     return [*command, "--path", str(folder / "path.json"), *look_options(look)]
 
 

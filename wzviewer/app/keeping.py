@@ -7,20 +7,15 @@ from pathlib import Path
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.documents import ask
-from wzviewer.app.filming import film_cameras, look_options
+from wzviewer.app.filming import look_options
+from wzviewer.app.planning import planned_film, why_no_film, with_suffix
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Film
+from wzviewer.commands import films
 from wzviewer.core.camera import Camera
 from wzviewer.core.photos import check_writable, encode_png, whole_file
 from wzviewer.core.records import camera_to_json
 from wzviewer.errors import WzError
-
-FILM_SUFFIX = ".mp4"
-
-
-def set_size(services: Services, state: AppState, command: cmd.SetPictureSize) -> AppState:
-    """Chooses the size of pictures and films."""
-    return replace(state, picture_size=command.size)
 
 
 def size_of(state: AppState) -> tuple[int, int]:
@@ -47,12 +42,15 @@ def save_picture(services: Services, state: AppState, command: cmd.SavePicture) 
     if not len(state.scene):
         return state.with_toast("There is no scene to take a picture of.")
     try:
-        image = services.renderer.draw(sized_view(state), look=state.look).read_color8()
+        image = services.renderer.picture(sized_view(state), state.look, state.plan.is_transparent)
         with whole_file(path) as file:
             file.write(encode_png(image))
+    except MemoryError:
+        return state.with_toast("There is not enough memory for a picture of this size.", "error")
     except (WzError, OSError, ValueError) as error:
         return state.with_toast(str(error), "error")
-    return state.with_toast(f"Saved {path.name}, {image.shape[1]} × {image.shape[0]}.", "done")
+    clear = ", without a background" if image.shape[2] == 4 else ""
+    return state.with_toast(f"Saved {path.name}, {image.shape[1]} × {image.shape[0]}{clear}.", "done")
 
 
 def copy_view(services: Services, state: AppState, command: cmd.CopyView) -> AppState:
@@ -78,22 +76,28 @@ def ask_film(services: Services, state: AppState, command: cmd.AskFilm) -> AppSt
     """Asks where to write the film."""
     if state.film is not None:
         return state.with_toast("A film is being made. One at a time.")
-    suggestion = Path(state.name or "zoom").with_suffix(FILM_SUFFIX).name
+    reason = why_no_film(state)
+    if reason:
+        return state.with_toast(reason[:1].upper() + reason[1:].rstrip(".") + ".")
+    suggestion = Path(state.name or "zoom").with_suffix(state.plan.suffix).name
     return ask(state, services.dialogs.ask_film(suggestion), "film", suggestion)
 
 
 def make_film(services: Services, state: AppState, command: cmd.MakeFilm) -> AppState:
-    """Begins the film from the photo to the view; the window goes on meanwhile."""
-    path = command.path.absolute().with_suffix(FILM_SUFFIX)
-    if not state.num_finished or state.film is not None:
-        return state.with_toast("There is nothing to film yet.")
+    """Begins the planned film; the window goes on meanwhile."""
+    path = command.path.absolute()
+    kind = path.suffix.lower()
+    if kind in films.SUFFIXES and kind != state.plan.suffix:  # the dialog's answer has the last word
+        state = with_suffix(state, kind)
+    path = path if kind in films.SUFFIXES else path.with_name(path.name + state.plan.suffix)
+    reason = "A film is being made." if state.film is not None else why_no_film(state)
+    if reason:
+        return state.with_toast(f"No film: {reason.rstrip('.')}.", "error")
     try:
         check_writable(path)
     except WzError as error:
         return state.with_toast(error.line(), "error")
-    view = state.view
-    cameras = film_cameras(view.home, view.camera, view.focus, size_of(state))
-    services.filmer.start(state.scene, cameras, path, state.look)
+    services.filmer.start(state.scene, planned_film(state), path, state.look, state.plan.fps)
     return replace(state, film=Film(path, state.now_s))
 
 

@@ -13,7 +13,9 @@ import numpy as np
 
 from wzviewer.app.journal import Leftover
 from wzviewer.app.look import Look
+from wzviewer.app.plan import KeepPlan
 from wzviewer.app.settings import Settings
+from wzviewer.app.timeline import Timeline
 from wzviewer.core.camera import Camera
 from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
 from wzviewer.core.scene import Scene
@@ -22,7 +24,7 @@ from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
-DialogKind = Literal["open", "save", "picture", "film", "unsaved", "recover", ""]
+DialogKind = Literal["open", "save", "picture", "film", "open path", "save path", "unsaved", "recover", ""]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
 REST_S = 0.2  # without motion, before the picture is refined
@@ -182,6 +184,7 @@ class Panels:
     help: bool = False
     keep: bool = False
     settings: bool = False
+    timeline: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
     wants_prompt_focus: bool = False
@@ -239,7 +242,9 @@ class AppState:
         undone: levels that redo brings back, the next one last.
         after: what to do once unsaved changes are settled.
         picture_size: of pictures and films, px; None is the window's.
+        plan: what the next picture and the next film will be.
         film: the film in the making.
+        timeline: keyframes of a film.
         leftover: what a crash left behind, until the user has said what to do with it.
         next_path: to be opened once the running request has stopped.
         is_closing: whether the loop ends.
@@ -268,7 +273,9 @@ class AppState:
     panels: Panels = field(default_factory=Panels)
     after: Callable[["AppState"], "AppState"] | None = None
     picture_size: tuple[int, int] | None = None
+    plan: KeepPlan = field(default_factory=KeepPlan)
     film: Film | None = None
+    timeline: Timeline = field(default_factory=Timeline)
     leftover: Leftover | None = None
     next_path: Path | None = None
     now_s: float = 0.0
@@ -292,8 +299,9 @@ class AppState:
 
     @property
     def is_dirty(self) -> bool:
-        """Whether closing would lose a finished level."""
-        return self.num_finished > 0 and self.saved != (self.num_finished, self.scene.hidden)
+        """Whether closing would lose a finished level, or a key of the timeline."""
+        is_other = self.saved != (self.num_finished, self.scene.hidden) or self.timeline.is_changed
+        return self.num_finished > 0 and is_other
 
     @property
     def is_moving(self) -> bool:

@@ -122,10 +122,14 @@ class KeyTrack:
         return self._pieces[index].focus
 
     def cameras(self, fps: float) -> list[Camera]:
-        """Returns the camera of every frame of a film; a loop leaves out the last, which is the first."""
+        """Returns the camera of every frame of a film.
+
+        The first is that of the first key and the last that of the last one; a loop ends a frame before
+        it would begin anew.
+        """
         count = max(round(self.path.duration_s * fps), 1)
-        last = count if self.path.is_loop else count + 1
-        return [self.camera_at(i / fps) for i in range(last)]
+        steps = count if self.path.is_loop else max(count - 1, 1)
+        return [self.camera_at(self.path.duration_s * i / steps) for i in range(count)]
 
     def _place(self, time_s: float) -> tuple[int, float]:
         """Piece, and fraction of it; piece -1 is before (0) or after (1) all of them."""

@@ -6,7 +6,7 @@ from typing import Literal
 from wzviewer.app.commands.base import Command
 from wzviewer.app.settings import Settings
 
-Panel = Literal["tree", "statistics", "help", "keep", "settings"]
+Panel = Literal["tree", "statistics", "help", "keep", "settings", "timeline"]
 
 
 @dataclass(frozen=True)

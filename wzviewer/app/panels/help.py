@@ -9,8 +9,8 @@ from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, face, plate, shade
 from wzviewer.app.state import AppState
 
-SIZE_PT = (800.0, 530.0)
-COLUMNS = (("Look", "Make"), ("File", "Panels"))
+WIDTH_PT, FRAME_PT = 800.0, 98.0  # the frame: title and margins
+COLUMNS = (("Look", "Make"), ("File", "Panels", "Film"))
 KEY_PT = 150.0  # width of the keys, before what they do
 ROW_PT, HEAD_PT = 26.0, 34.0
 
@@ -21,7 +21,7 @@ def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:
         return []
     window = ui.layout.window
     is_clicked = shade(ui)
-    width, height = (min(ui.pt(SIZE_PT[0]), window.width - 24), min(ui.pt(SIZE_PT[1]), window.height - 24))
+    width, height = min(ui.pt(WIDTH_PT), window.width - 24), min(ui.pt(needed_pt()), window.height - 24)
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(28), ui.pt(24)))
     with plate("help", rect, alpha=0.97, scrolls=True, is_front=True):
@@ -34,6 +34,12 @@ def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:
             _column(ui, groups, left + number * part, top, part - ui.pt(16))
     imgui.pop_style_var()
     return [cmd.Toggle("help")] if is_clicked else []
+
+
+def needed_pt() -> float:
+    """Returns the height that shows all keys, pt."""
+    columns = (sum(HEAD_PT + ROW_PT * len(rows_of(group)) for group in groups) for groups in COLUMNS)
+    return max(columns) + FRAME_PT
 
 
 def rows_of(group: str) -> list[Binding]:
