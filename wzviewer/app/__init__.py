@@ -11,7 +11,8 @@
       └─ requests ──────────┼──────────┼─ generation   E_0, E_{i+1}, cancel                 lines 1, 10
                             │          ├─ prompting    known words, refusal;  auto  asks by itself
                             │          ├─ documents    open, save, close;  recovery  autosave
-                            │          ├─ keeping      picture, command, film
+                            │          ├─ keeping      picture, command, film;  planning  which
+                            │          ├─ directing    keys of a film, and its preview
                             │          ├─ history      undo and redo: hide and show
                             │          └─ preferring   settings;  notices  details and retry
                             ▼

@@ -63,6 +63,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
         return replace(state, after=None, panels=replace(panels, dialog="", dialog_path=""))
     if panels.keep or panels.settings:
         return replace(state, panels=replace(panels, keep=False, settings=False))
+    if state.timeline.is_playing:
+        return directing.toggle_play(services, state, cmd.TogglePlay())
     if panels.help:
         return replace(state, panels=replace(panels, help=False))
     if state.job is not None or state.goal is not None:
@@ -164,10 +166,11 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
 
 def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     """What the app does by itself once a frame has been answered."""
-    state = trail.note_place(state)
+    is_previewing = directing.is_previewing(state)
+    state = state if is_previewing else trail.note_place(state)
     recovery.keep(services, state)
     state = keeping.follow_film(services, state)
-    if directing.is_previewing(state):  # nobody has come to look: no detail is asked for
+    if is_previewing:  # nobody has come to look: no detail is asked for
         return state
     return _guarded(auto.ask_for_detail, services, state, is_typing)
 

@@ -177,7 +177,8 @@ def fill_keys(services: Services, state: AppState, command: cmd.FillKeys) -> App
     path = {"way": _way, "levels": _levels, "orbit": _orbit}[command.source](state)
     if path is None:
         return state.with_toast("This view is the whole picture: zoom in first.")
-    return _at(with_path(opened(state), path, None), 0.0)
+    at_s = 0.0 if path.is_loop else path.duration_s  # where the view is
+    return _at(with_path(opened(state), path, None), at_s)
 
 
 def clear_keys(services: Services, state: AppState, command: cmd.ClearKeys) -> AppState:

@@ -66,6 +66,7 @@ def view_command(state: AppState, path: Path) -> str:
     """Returns the ``wzviewer render`` line that draws the view from a file."""
     camera = json.dumps(camera_to_json(sized_view(state)), separators=(",", ":"))
     parts = ["wzviewer", "render", str(path.absolute()), "-o", "view.png", "--camera", camera]
+    parts += ["--transparent"] if state.plan.is_transparent else []
     return shlex.join([*parts, *look_options(state.look)])
 
 
