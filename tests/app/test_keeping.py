@@ -29,6 +29,9 @@ class FakeFilmer:
     def start(self, scene, cameras, path, look, fps):
         self.asked = (len(scene), cameras, path, look, fps)
 
+    def start_picture(self, scene, camera, path, look, transparent):
+        self.asked = (len(scene), camera, path, look, transparent)
+
     def cancel(self):
         self.is_cancelled = True
         self.news.append(FilmNews(1.0, True, "terminated", True))
@@ -131,6 +134,35 @@ def test_a_picture_without_a_background_has_alpha(tmp_path):
     state = apply(services, state, [cmd.SetPlan(plan), cmd.SavePicture(tmp_path / "a.png")])
     assert cv2.imread(str(tmp_path / "a.png"), cv2.IMREAD_UNCHANGED).shape == (420, 640, 4)
     assert "without a background" in state.toasts[-1].text
+
+
+def test_a_large_picture_does_not_hold_up_the_window(tmp_path):
+    services = replace(fake_services(), filmer=FakeFilmer())
+    state = apply(services, state_with(make_scene(1)), [cmd.SetPictureSize((7680, 4320))])
+    state = apply(services, state, [cmd.SavePicture(tmp_path / "a")])
+    assert state.film.is_picture
+    _, camera, path, _, transparent = services.filmer.asked
+    assert (camera.width, camera.height, transparent) == (7680, 4320, False)
+    assert path == tmp_path / "a.png"
+    assert "has to wait" in apply(services, state, [cmd.SavePicture(tmp_path / "b")]).toasts[-1].text
+    services.filmer.news = [FilmNews(1.0, True, "no memory")]
+    assert tick(services, state, False).toasts[-1].text == "No picture: no memory"
+    levels = replace(state, film=None, look=Look(mode="levels"), picture_size=(2400, 1800))
+    assert (
+        apply(services, levels, [cmd.SavePicture(tmp_path / "c.png")]).film is None
+    )  # false colours at once
+
+
+@pytest.mark.gl
+def test_a_real_picture_of_the_process(tmp_path):
+    filmer, scene = FilmProcess(), make_scene(1, 64, 48)
+    filmer.start_picture(scene, scene[0].camera.resized(96, 72), tmp_path / "a.png", Look(), True)
+    news = finished(filmer)
+    if "context" in news[-1].why_not.lower() or "EGL" in news[-1].why_not:
+        pytest.skip(news[-1].why_not)
+    assert news[-1] == FilmNews(1.0, True)
+    assert cv2.imread(str(tmp_path / "a.png"), cv2.IMREAD_UNCHANGED).shape == (72, 96, 4)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.png"]
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""A film, made by ``wzviewer render`` in a process of its own.
+"""A film, or a large picture, made by ``wzviewer render`` in a process of its own.
 
 So the frame loop never waits for it: a thread writes the scene and the camera path to a temporary
 folder, follows the progress of the process, and ends it when the user cancels.  The film grows in a
@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +35,7 @@ SECONDS_PER_LEVEL = 2.0  # for every x8 of magnification
 SHORTEST_S, HOLD_S = 2.0, 0.8
 STEP = re.compile(r"frame (\d+) of (\d+)")
 END_WAIT_S = 2.0
+Request = Callable[[Path, Path], list[str]]  # a folder to use, and where to write: the command line
 
 
 @dataclass(frozen=True)
@@ -48,12 +49,17 @@ class FilmNews:
 
 
 class Filmer(Protocol):
-    """Makes one film at a time."""
+    """Makes one film or picture at a time."""
 
     def start(
         self, scene: Scene, cameras: Sequence[Camera], path: Path, look: Look, fps: float = FPS
     ) -> None:
         """Begins; `poll` tells how it goes."""
+
+    def start_picture(
+        self, scene: Scene, camera: Camera, path: Path, look: Look, transparent: bool = False
+    ) -> None:
+        """Begins a picture; `poll` tells how it goes."""
 
     def cancel(self) -> None:
         """Ends it without a film."""
@@ -125,10 +131,15 @@ class FilmProcess:
         self, scene: Scene, cameras: Sequence[Camera], path: Path, look: Look, fps: float = FPS
     ) -> None:
         """Begins; `poll` tells how it goes."""
-        self._cancelled.clear()
-        arguments = (snapshot(scene), list(cameras), path, look, fps)
-        self._thread = threading.Thread(target=self._make, args=arguments, daemon=True)
-        self._thread.start()
+        copy, film = snapshot(scene), list(cameras)
+        self._begin(path, lambda folder, made: write_request(folder, copy, film, made, look, fps))
+
+    def start_picture(
+        self, scene: Scene, camera: Camera, path: Path, look: Look, transparent: bool = False
+    ) -> None:
+        """Begins a picture; `poll` tells how it goes."""
+        copy = snapshot(scene)
+        self._begin(path, lambda folder, made: picture_request(folder, copy, camera, made, look, transparent))
 
     def cancel(self) -> None:
         """Ends it without a film."""
@@ -150,7 +161,12 @@ class FilmProcess:
         if self._thread is not None:
             self._thread.join(END_WAIT_S)
 
-    def _make(self, scene: Scene, cameras: list[Camera], path: Path, look: Look, fps: float) -> None:
+    def _begin(self, path: Path, request: Request) -> None:
+        self._cancelled.clear()
+        self._thread = threading.Thread(target=self._make, args=(path, request), daemon=True)
+        self._thread.start()
+
+    def _make(self, path: Path, request: Request) -> None:
         why_not = ""
         try:
             with (
@@ -160,8 +176,7 @@ class FilmProcess:
                 ) as beside,
             ):
                 made = Path(beside) / path.name
-                command = write_request(Path(folder), scene, cameras, made, look, fps)
-                why_not = self._run(command)
+                why_not = self._run(request(Path(folder), made))
                 if not why_not and not self._cancelled.is_set():
                     made.replace(path)
         except (OSError, WzError) as error:
@@ -200,6 +215,20 @@ def write_request(
     command = [sys.executable, "-m", "wzviewer", "render", str(folder / "scene.wz"), "-o", str(path)]
     command += ["--size", f"{cameras[0].width}x{cameras[0].height}", "--fps", f"{fps:g}"]
     return [*command, "--path", str(folder / "path.json"), *look_options(look)]
+
+
+def picture_request(
+    folder: Path, scene: Scene, camera: Camera, path: Path, look: Look, transparent: bool
+) -> list[str]:
+    """Writes a scene into a folder; returns the command line that makes a picture.
+
+    Raises:
+        OutputError: when the folder cannot be written.
+    """
+    save_scene(scene, folder / "scene.wz")
+    command = [sys.executable, "-m", "wzviewer", "render", str(folder / "scene.wz"), "-o", str(path)]
+    command += ["--camera", json.dumps(camera_to_json(camera)), *look_options(look)]
+    return [*command, "--transparent"] if transparent else command
 
 
 def look_options(look: Look) -> list[str]:

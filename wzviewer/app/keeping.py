@@ -17,6 +17,8 @@ from wzviewer.core.photos import check_writable, encode_png, whole_file
 from wzviewer.core.records import camera_to_json
 from wzviewer.errors import WzError
 
+AT_ONCE_PIXELS = 4_000_000  # larger pictures are made beside the window
+
 
 def size_of(state: AppState) -> tuple[int, int]:
     """Returns the size of pictures and films, px: the chosen one, or the window's."""
@@ -41,8 +43,11 @@ def save_picture(services: Services, state: AppState, command: cmd.SavePicture) 
     path = command.path if command.path.suffix else command.path.with_suffix(".png")
     if not len(state.scene):
         return state.with_toast("There is no scene to take a picture of.")
+    camera = sized_view(state)
+    if camera.width * camera.height > AT_ONCE_PIXELS and state.look.mode == "picture":
+        return _large_picture(services, state, camera, path.absolute())
     try:
-        image = services.renderer.picture(sized_view(state), state.look, state.plan.is_transparent)
+        image = services.renderer.picture(camera, state.look, state.plan.is_transparent)
         with whole_file(path) as file:
             file.write(encode_png(image))
     except MemoryError:
@@ -51,6 +56,18 @@ def save_picture(services: Services, state: AppState, command: cmd.SavePicture) 
         return state.with_toast(str(error), "error")
     clear = ", without a background" if image.shape[2] == 4 else ""
     return state.with_toast(f"Saved {path.name}, {image.shape[1]} × {image.shape[0]}{clear}.", "done")
+
+
+def _large_picture(services: Services, state: AppState, camera: Camera, path: Path) -> AppState:
+    """Begins a picture that would hold up the window for seconds."""
+    if state.film is not None:
+        return state.with_toast("A film is being made: a picture of this size has to wait for it.")
+    try:
+        check_writable(path)
+    except WzError as error:
+        return state.with_toast(error.line(), "error")
+    services.filmer.start_picture(state.scene, camera, path, state.look, state.plan.is_transparent)
+    return replace(state, film=Film(path, state.now_s, is_picture=True))
 
 
 def copy_view(services: Services, state: AppState, command: cmd.CopyView) -> AppState:
@@ -120,9 +137,9 @@ def follow_film(services: Services, state: AppState) -> AppState:
         if news.is_over:
             state = replace(state, film=None)
             if news.is_cancelled:
-                return state.with_toast("The film was cancelled.")
+                return state.with_toast(f"The {film.kind} was cancelled.")
             if news.why_not:
-                return state.with_toast(f"No film: {news.why_not}", "error")
+                return state.with_toast(f"No {film.kind}: {news.why_not}", "error")
             seconds = state.now_s - film.started_s
             return state.with_toast(f"{film.path.name} is ready: {seconds:.0f} s.", "done")
     return replace(state, film=film)

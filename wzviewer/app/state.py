@@ -199,12 +199,19 @@ class Film:
         started_s: when it was asked for, s.
         fraction: of its frames.
         is_cancelling: whether the user asked to stop.
+        is_picture: whether it is one large picture.
     """
 
     path: Path
     started_s: float
     fraction: float = 0.0
     is_cancelling: bool = False
+    is_picture: bool = False
+
+    @property
+    def kind(self) -> str:
+        """What it is, as notices say it."""
+        return "picture" if self.is_picture else "film"
 
 
 @dataclass(frozen=True, eq=False)

@@ -171,10 +171,12 @@ def draw_film(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], f
     commands: list[cmd.Command] = []
     with plate("film", Rect(rect.x, rect.y, rect.width, 0.0), grows="down"):
         room = imgui.get_content_region_avail().x
-        what = "Stopping" if film.is_cancelling else f"Film {100 * film.fraction:.0f} %"
+        share = "" if film.is_picture else f" {100 * film.fraction:.0f} %"
+        what = "Stopping" if film.is_cancelling else f"{film.kind.capitalize()}{share}"
         button = ui.pt(84)
         imgui.align_text_to_frame_padding()
-        text = f"{icons.ICON_FA_FILM}  {what}   {film.path.name}"
+        icon = icons.ICON_FA_IMAGE if film.is_picture else icons.ICON_FA_FILM
+        text = f"{icon}  {what}   {film.path.name}"
         imgui.text_unformatted(elided(text, room - button - ui.pt(8)))
         imgui.same_line(imgui.get_style().window_padding.x + room - button)
         imgui.begin_disabled(film.is_cancelling)
