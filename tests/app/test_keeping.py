@@ -116,7 +116,7 @@ def test_a_typed_size_counts_once_it_is_one():
 
     state = typed(state, "16")
     assert state.picture_size is None
-    assert "WxH" in state.plan.size_fault
+    assert "1600x900" in state.plan.size_fault
     state = typed(state, "1600 × 900")
     assert state.picture_size == (1600, 900)
     assert not state.plan.size_fault

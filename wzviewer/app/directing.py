@@ -87,17 +87,16 @@ def retime_key(services: Services, state: AppState, command: cmd.RetimeKey) -> A
     if not 1 <= command.index <= line.path.num_pieces:
         return state
     path = with_time(line.path, command.index, min(command.time_s, line.span_s))
-    past = line.past if line.is_retiming else (*line.past, line.path)
-    line = replace(line, path=path, past=past, is_retiming=not command.is_done, is_playing=False)
-    line = replace(line, at_s=(*path.times_s, path.duration_s)[command.index])
-    state = replace(state, timeline=line.fitted() if command.is_done else line)
-    return kept(state)
+    line = line.retimed(path, (*path.times_s, path.duration_s)[command.index], command.is_done)
+    return kept(replace(state, timeline=line))
 
 
 def set_key_seconds(services: Services, state: AppState, command: cmd.SetKeySeconds) -> AppState:
     """Takes another time from a key to the next."""
-    path = with_seconds(state.timeline.path, command.index, command.seconds)
-    return _at(with_path(state, path, state.timeline.selected), path.times_s[command.index])
+    line = state.timeline
+    path = with_seconds(line.path, command.index, command.seconds)
+    line = line.retimed(path, path.times_s[command.index], command.is_done)
+    return kept(replace(state, timeline=line))
 
 
 def set_key_pace(services: Services, state: AppState, command: cmd.SetKeyPace) -> AppState:

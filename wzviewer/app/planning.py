@@ -44,7 +44,8 @@ def _with_typed_size(state: AppState) -> AppState:
     try:
         size = parse_size(text)
     except InputError as error:
-        return replace(state, plan=replace(state.plan, size_fault=error.why))
+        fault = "Type it as 1600x900" if "WxH" in error.why else error.why.capitalize()
+        return replace(state, plan=replace(state.plan, size_fault=fault))
     return replace(state, picture_size=size, plan=replace(state.plan, size_fault=""))
 
 

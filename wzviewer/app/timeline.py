@@ -59,6 +59,12 @@ class Timeline:
         fresh = replace(self, path=path, past=past, selected=selected, at_s=at_s, is_playing=False)
         return fresh.fitted()
 
+    def retimed(self, path: KeyPath, at_s: float, is_done: bool) -> "Timeline":
+        """Returns the timeline with other times; a drag is one change, and the ruler stands still in it."""
+        past = self.past if self.is_retiming else (*self.past, self.path)[-MAX_PAST:]
+        line = replace(self, path=path, past=past, at_s=at_s, is_retiming=not is_done, is_playing=False)
+        return line.fitted() if is_done else line
+
     def fitted(self) -> "Timeline":
         """Returns the timeline with a ruler that holds the path."""
         needed = self.path.duration_s * 1.05

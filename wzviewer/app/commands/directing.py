@@ -50,10 +50,11 @@ class RetimeKey(Command):
 
 @dataclass(frozen=True)
 class SetKeySeconds(Command):
-    """Take another time from a key to the next."""
+    """Take another time from a key to the next; until a hand has let go, it is one change."""
 
     index: int
     seconds: float
+    is_done: bool = True
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app.keeping import size_of
 from wzviewer.app.keys import label_of
-from wzviewer.app.layout import Rect
+from wzviewer.app.layout import MARGIN_PT, Rect
 from wzviewer.app.panels.prompt import draw_bar
 from wzviewer.app.panels.surface import Ui, choice, elided, face, plate, primary, small, tooltip, wrapped
 from wzviewer.app.planning import film_line, film_s, film_size, why_no_film
@@ -39,7 +39,7 @@ RATES = {
     ".mp4": (("24", 24.0), ("30", 30.0), ("60", 60.0)),
     ".gif": (("10", 10.0), ("20", 20.0), ("25", 25.0)),
 }
-ANGLES = tuple((f"{angle:g}°", angle) for angle in (5.0, 8.0, 15.0, 30.0, 60.0))
+ANGLES = tuple((f"{angle:g}°", angle) for angle in (5.0, 8.0, 15.0, 30.0))
 LENGTH_S = (0.5, 600.0)
 
 
@@ -49,7 +49,9 @@ def draw_keep(state: AppState, ui: Ui) -> list[cmd.Command]:
         return []
     bar = ui.layout.toolbar
     rect = Rect(bar.x, bar.bottom + ui.pt(8), min(ui.pt(WIDTH_PT), bar.width), 0.0)
-    with plate("keep", rect, grows="down", alpha=0.97, is_front=True):
+    most = ui.layout.window.height - rect.y - ui.pt(MARGIN_PT)
+    imgui.set_next_window_size_constraints((rect.width, 0.0), (rect.width, most))
+    with plate("keep", rect, grows="down", alpha=0.97, scrolls=True, is_front=True):
         commands = _chosen(state, ui, "tab", TABS)
         commands += _film_part(state, ui) if state.plan.tab == "film" else _picture_part(state, ui)
     return [*commands, cmd.Toggle("keep")] if _is_done(commands) else commands

@@ -32,7 +32,8 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
         if not len(state.scene):
             _flat_photo(state, ui)
         commands += draw_toolbar(state, ui) + draw_breadcrumb(state, ui)
-        if not (state.panels.keep or state.panels.settings):  # they stand in its place
+        is_hidden = state.panels.keep or state.panels.settings  # they stand in its place
+        if not is_hidden and not ui.layout.tree.overlaps(ui.layout.prompt):
             commands += draw_tree(state, ui)
         draw_scale_bar(state, ui)
         draw_status(state, ui)

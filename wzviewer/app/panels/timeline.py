@@ -16,7 +16,7 @@ from wzviewer.app.theme import u32
 from wzviewer.core.keyframes import SECONDS_LIMIT, Pace
 
 HEIGHT_PT = 126.0
-BUTTON_PT, GAP_PT = 32.0, 2.0
+BUTTON_PT, GAP_PT, CLOCK_PT, SECONDS_PT = 32.0, 2.0, 118.0, 76.0
 RULER_PT, KEY_PT = 46.0, 9.0  # height of the ruler, half of a key's diagonal
 PACES: tuple[tuple[Pace, str, str], ...] = (
     ("flow", icons.ICON_FA_BEZIER_CURVE, "Go smoothly through this key"),
@@ -73,26 +73,32 @@ class _Button:
 def _controls(state: AppState, ui: Ui, rect: Rect) -> list[cmd.Command]:
     """The row of buttons: preview, the selected key, and the whole path."""
     commands: list[cmd.Command] = []
-    line = state.timeline
+    step, whole = ui.pt(BUTTON_PT + GAP_PT), _whole_buttons(state)
+    right = rect.width - ui.pt(14) - (len(whole) + 2) * step
+    has_clock = right > ui.pt(14 + CLOCK_PT) + 6 * step
+    keys_x = ui.pt(14 + (CLOCK_PT if has_clock else 8.0)) + 3 * step
     imgui.push_style_var(imgui.StyleVar_.item_spacing.value, (ui.pt(GAP_PT), ui.pt(7)))
     with quiet():
         commands += _row(ui, _preview_buttons(state))
-        imgui.same_line(0.0, ui.pt(10))
-        imgui.align_text_to_frame_padding()
-        with colored(ui.colors.text if line.path.keys else ui.colors.muted):
-            imgui.text_unformatted(f"{line.at_s:.1f} / {line.path.duration_s:.1f} s")
-        imgui.same_line(ui.pt(14 + 3 * (BUTTON_PT + GAP_PT) + 118))
+        if has_clock:
+            _clock(state, ui)
+        imgui.same_line(keys_x)
         commands += _row(ui, _key_buttons(state))
-        whole = _whole_buttons(state)
-        right = rect.width - ui.pt(14) - (len(whole) + 2) * ui.pt(BUTTON_PT + GAP_PT)
-        if line.selected is not None and right - imgui.get_cursor_pos_x() > 0:
-            commands += _selected(state, ui, right)
+        commands += _selected(state, ui, right - keys_x - 3 * step)
         imgui.same_line(right)
         commands += _menus(state, ui)
         imgui.same_line()
         commands += _row(ui, whole)
     imgui.pop_style_var()
     return commands
+
+
+def _clock(state: AppState, ui: Ui) -> None:
+    line = state.timeline
+    imgui.same_line(0.0, ui.pt(10))
+    imgui.align_text_to_frame_padding()
+    with colored(ui.colors.text if line.path.keys else ui.colors.muted):
+        imgui.text_unformatted(f"{line.at_s:.1f} / {line.path.duration_s:.1f} s")
 
 
 def _preview_buttons(state: AppState) -> tuple[_Button, ...]:
@@ -119,10 +125,9 @@ def _key_buttons(state: AppState) -> tuple[_Button, ...]:
 def _whole_buttons(state: AppState) -> tuple[_Button, ...]:
     line = state.timeline
     can_play = line.path.num_pieces > 0
-    film = cmd.Toggle("keep")
     return (
         _Button(icons.ICON_FA_REPEAT, "Loop", cmd.ToggleLoop(), len(line.path.keys) > 1, line.path.is_loop),
-        _Button(icons.ICON_FA_FILM, "Film through these keys", film, can_play),
+        _Button(icons.ICON_FA_FILM, "Film through these keys", cmd.PlanKeysFilm(), can_play),
         _Button(icons.ICON_FA_XMARK, "Close the timeline   L", cmd.Toggle("timeline")),
     )
 
@@ -134,8 +139,6 @@ def _row(ui: Ui, buttons: tuple[_Button, ...]) -> list[cmd.Command]:
             imgui.same_line()
         if _pressed(ui, button):
             commands.append(button.command)
-            if button.icon == icons.ICON_FA_FILM:
-                commands = [cmd.PlanKeysFilm()]
     return commands
 
 
@@ -151,10 +154,11 @@ def _pressed(ui: Ui, button: _Button) -> bool:
     return bool(is_pressed)
 
 
-def _selected(state: AppState, ui: Ui, right: float) -> list[cmd.Command]:
-    """How the path goes through the selected key, and the time to the next."""
+def _selected(state: AppState, ui: Ui, room: float) -> list[cmd.Command]:
+    """How the path goes through the selected key, and the time to the next; as far as there is room."""
     path, index = state.timeline.path, state.timeline.selected
-    if index is None or index >= len(path.keys):
+    paces = ui.pt(14) + len(PACES) * ui.pt(BUTTON_PT + GAP_PT)
+    if index is None or index >= len(path.keys) or room < paces:
         return []
     commands: list[cmd.Command] = []
     key = path.keys[index]
@@ -164,17 +168,17 @@ def _selected(state: AppState, ui: Ui, right: float) -> list[cmd.Command]:
             imgui.same_line()
         if _pressed(ui, _Button(icon, what, cmd.SetKeyPace(index, pace), is_lit=key.pace == pace)):
             commands.append(cmd.SetKeyPace(index, pace))
-    if index >= path.num_pieces or right - imgui.get_cursor_pos_x() < 0:
+    if index >= path.num_pieces or room < paces + ui.pt(12 + SECONDS_PT + 12):
         return commands
     imgui.same_line(0.0, ui.pt(12))
-    if right - imgui.get_cursor_pos_x() < ui.pt(84):
-        return commands
-    imgui.set_next_item_width(ui.pt(76))
+    imgui.set_next_item_width(ui.pt(SECONDS_PT))
     with colored(ui.colors.field, imgui.Col_.frame_bg):
         is_changed, seconds = imgui.drag_float("##seconds", key.seconds, 0.02, *SECONDS_LIMIT, "%.1f s")
     tooltip("Time to the next key: drag, or double click and type")
     if is_changed:
-        commands.append(cmd.SetKeySeconds(index, seconds))
+        commands.append(cmd.SetKeySeconds(index, seconds, is_done=False))
+    elif imgui.is_item_deactivated() and state.timeline.is_retiming:
+        commands.append(cmd.SetKeySeconds(index, key.seconds))
     return commands
 
 
