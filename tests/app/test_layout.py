@@ -4,7 +4,8 @@ from itertools import combinations
 
 import pytest
 
-from wzviewer.app.layout import arrange
+from wzviewer.app.layout import MARGIN_PT, arrange
+from wzviewer.app.panels.timeline import HEIGHT_PT
 from wzviewer.app.panels.wording import count_text, length_text, magnification_text
 
 
@@ -25,6 +26,14 @@ def test_panels_do_not_overlap(size, scale):
         assert rect.bottom <= size[1]
     assert layout.prompt.width >= 300 * scale or layout.prompt.width >= size[0] - 30 * scale
     assert not layout.tree.overlaps(layout.statistics)
+
+
+@pytest.mark.parametrize("size", [(900, 600), (1280, 800), (3840, 2160)])
+def test_nothing_stands_where_the_timeline_is(size):
+    foot = HEIGHT_PT + MARGIN_PT
+    layout = arrange(size[0], size[1] - foot, 1.0)
+    for rect in (layout.tree, layout.prompt, layout.scale_bar, layout.status, layout.statistics):
+        assert rect.bottom <= size[1] - foot
 
 
 def test_magnifications_read_well():

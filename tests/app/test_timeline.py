@@ -133,7 +133,6 @@ def test_keys_are_deleted_updated_and_brought_back(services, state):
     assert factors(state) == [1.0, 8.0, 64.0]
     state = apply(services, state, [cmd.ClearKeys()])
     assert not state.timeline.path.keys
-    assert FIELD not in state.scene.unknown_fields
 
 
 def test_pace_and_seconds_belong_to_a_key(services, state):
@@ -188,6 +187,9 @@ def test_keys_are_saved_with_the_scene_and_come_back(services, state, tmp_path):
     assert line.span_s >= line.path.duration_s
     moved = apply(services, other, [cmd.SetKeySeconds(0, 9.0)])
     assert moved.is_dirty
+    cleared = apply(services, other, [cmd.ClearKeys(), cmd.Save()])
+    assert not cleared.is_dirty
+    assert FIELD not in load_scene(tmp_path / "a.wz").unknown_fields
 
 
 def test_damaged_keys_do_not_keep_a_scene_from_opening(services, tmp_path):
@@ -200,6 +202,7 @@ def test_damaged_keys_do_not_keep_a_scene_from_opening(services, tmp_path):
     assert "damaged" in state.toasts[-1].text
     for record in (3, [], "x", {"keyframes": 3}, {"keyframes": [{}] * 9999}):
         assert timeline_of(record, (64, 48)) is None
+    apply(services, state, [cmd.Save()])
     assert load_scene(tmp_path / "a.wz").unknown_fields[FIELD]  # and are not thrown away
 
 
@@ -258,6 +261,21 @@ def test_edits_keep_a_path_well_formed():
         assert all(0.04 < key.seconds <= 600.0 for key in path.keys)
         times = path.times_s
         assert list(times) == sorted(times)
+
+
+def test_a_number_that_is_dragged_is_one_change(services, state):
+    state = with_keys(services, state, 1.0, 8.0, 64.0)
+    for seconds in (2.1, 2.2, 2.3):
+        state = apply(services, state, [cmd.SetKeySeconds(0, seconds, is_done=False)])
+    state = apply(services, state, [cmd.SetKeySeconds(0, 2.3)])
+    assert state.timeline.path.times_s == pytest.approx((0.0, 2.3, 4.3))
+    assert apply(services, state, [cmd.BringBackKeys()]).timeline.path.times_s == (0.0, 2.0, 4.0)
+
+
+def test_escape_stops_the_preview(services, state):
+    state = apply(services, with_keys(services, state, 1.0, 8.0), [cmd.TogglePlay(), cmd.Escape()])
+    assert not state.timeline.is_playing
+    assert state.panels.timeline
 
 
 def test_no_detail_is_asked_for_while_the_preview_rests(services, state):

@@ -10,10 +10,8 @@ from wzviewer.app.planning import film_size
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 from wzviewer.app.timeline import (
-    FIELD,
     natural_s,
     path_of_file,
-    record_of,
     with_key,
     with_pace,
     with_seconds,
@@ -88,7 +86,7 @@ def retime_key(services: Services, state: AppState, command: cmd.RetimeKey) -> A
         return state
     path = with_time(line.path, command.index, min(command.time_s, line.span_s))
     line = line.retimed(path, (*path.times_s, path.duration_s)[command.index], command.is_done)
-    return kept(replace(state, timeline=line))
+    return replace(state, timeline=line)
 
 
 def set_key_seconds(services: Services, state: AppState, command: cmd.SetKeySeconds) -> AppState:
@@ -96,7 +94,7 @@ def set_key_seconds(services: Services, state: AppState, command: cmd.SetKeySeco
     line = state.timeline
     path = with_seconds(line.path, command.index, command.seconds)
     line = line.retimed(path, path.times_s[command.index], command.is_done)
-    return kept(replace(state, timeline=line))
+    return replace(state, timeline=line)
 
 
 def set_key_pace(services: Services, state: AppState, command: cmd.SetKeyPace) -> AppState:
@@ -192,7 +190,7 @@ def bring_back_keys(services: Services, state: AppState, command: cmd.BringBackK
         return state
     line = replace(state.timeline, path=past[-1], past=past[:-1], selected=None, is_playing=False)
     line = replace(line, at_s=min(line.at_s, line.path.duration_s)).fitted()
-    return kept(replace(state, timeline=line))
+    return replace(state, timeline=line)
 
 
 def _way(state: AppState) -> KeyPath | None:
@@ -275,18 +273,8 @@ def save_camera_path(services: Services, state: AppState, command: cmd.SaveCamer
 
 
 def with_path(state: AppState, path: KeyPath, selected: int | None) -> AppState:
-    """Returns the state with other keys, which are kept with the scene."""
-    return kept(replace(state, timeline=state.timeline.edited(path, selected)))
-
-
-def kept(state: AppState) -> AppState:
-    """Puts the keys where saving the scene writes them."""
-    path, fields = state.timeline.path, state.scene.unknown_fields
-    if path.keys:
-        fields[FIELD] = record_of(path)
-    else:
-        fields.pop(FIELD, None)
-    return state
+    """Returns the state with other keys."""
+    return replace(state, timeline=state.timeline.edited(path, selected))
 
 
 def opened(state: AppState) -> AppState:

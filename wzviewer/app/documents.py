@@ -10,7 +10,7 @@ from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
-from wzviewer.app.timeline import FIELD, timeline_of
+from wzviewer.app.timeline import FIELD, keep, timeline_of
 from wzviewer.core.camera import Camera
 from wzviewer.core.files import is_scene_file, load_scene, save_scene
 from wzviewer.core.photos import fit_photo, load_photo
@@ -138,13 +138,13 @@ def save(services: Services, state: AppState, command: cmd.Save) -> AppState:
 def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppState:
     """Saves to a file, and goes on with what was waiting for it."""
     path = command.path if command.path.suffix else command.path.with_suffix(SCENE_SUFFIX)
+    timeline = keep(state.timeline, state.scene.unknown_fields)
     try:
         save_scene(state.scene, path)
     except (WzError, OSError) as error:
         return state.with_toast(str(error), "error")
     saved = (state.num_finished, state.scene.hidden)
-    kept = replace(state.timeline, saved=state.timeline.path)
-    state = replace(state, path=path, name=path.name, saved=saved, timeline=kept)
+    state = replace(state, path=path, name=path.name, saved=saved, timeline=timeline)
     state = state.with_toast(f"Saved {path.name}.", "done")
     then = state.after
     return then(replace(state, after=None)) if then is not None else state

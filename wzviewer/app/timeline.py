@@ -56,8 +56,8 @@ class Timeline:
         """Returns the timeline with other keys; the present ones can be brought back."""
         past = (*self.past, self.path)[-MAX_PAST:]
         at_s = min(self.at_s, path.duration_s)
-        fresh = replace(self, path=path, past=past, selected=selected, at_s=at_s, is_playing=False)
-        return fresh.fitted()
+        fresh = replace(self, path=path, past=past, selected=selected, at_s=at_s)
+        return replace(fresh, is_playing=False, is_retiming=False).fitted()
 
     def retimed(self, path: KeyPath, at_s: float, is_done: bool) -> "Timeline":
         """Returns the timeline with other times; a drag is one change, and the ruler stands still in it."""
@@ -156,9 +156,18 @@ def natural_s(start: Camera, end: Camera) -> float:
 # ------------------------------------------------------------------ with the scene, and from files
 
 
-def record_of(path: KeyPath) -> Json:
-    """Returns keys as a scene file keeps them."""
-    return {"keyframes": keys_record(path), "is_cycle": path.is_loop}
+def keep(line: Timeline, fields: Json) -> Timeline:
+    """Puts keys that were changed where a scene's file has them; returns the timeline as saved.
+
+    Args:
+        line: the timeline.
+        fields: `Scene.unknown_fields`, changed in place.
+    """
+    if line.is_changed and line.path.keys:
+        fields[FIELD] = {"keyframes": keys_record(line.path), "is_cycle": line.path.is_loop}
+    elif line.is_changed:
+        fields.pop(FIELD, None)
+    return replace(line, saved=line.path)
 
 
 def timeline_of(record: object, size: tuple[int, int]) -> Timeline | None:
