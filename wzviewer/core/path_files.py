@@ -318,5 +318,5 @@ def _whole(value: Any, name: str) -> int:  # noqa: ANN401
 
 
 def _brief(error: BaseException) -> str:
-    text = " ".join(str(error).split())
+    text = f"{error.args[0]} is missing" if isinstance(error, KeyError) else " ".join(str(error).split())
     return text[:117] + "..." if len(text) > 120 else text
