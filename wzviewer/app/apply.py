@@ -221,6 +221,11 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
     return _guarded(generation.next_wish, services, state, None)
 
 
+def preview(services: Services, state: AppState, dt_s: float) -> AppState:
+    """Lets the timeline's preview go on for a frame."""
+    return _guarded(lambda _, before, seconds: directing.play(before, seconds), services, state, dt_s)
+
+
 def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     """What the app does by itself once a frame has been answered."""
     is_previewing = directing.is_previewing(state)

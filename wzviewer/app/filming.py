@@ -191,6 +191,8 @@ class FilmProcess:
         pipe = subprocess.PIPE
         with subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=pipe, text=True) as process:
             self._process = process
+            if self._cancelled.is_set():  # asked for before there was a process to end
+                process.terminate()
             assert process.stderr is not None  # it was asked for
             for line in process.stderr:
                 found = STEP.search(line)

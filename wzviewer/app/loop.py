@@ -10,9 +10,8 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.answers import answered
-from wzviewer.app.apply import apply, drain, tick
+from wzviewer.app.apply import apply, drain, preview, tick
 from wzviewer.app.dialogs import SystemDialogs
-from wzviewer.app.directing import play
 from wzviewer.app.documents import demo_photo
 from wzviewer.app.drawing import BACKGROUND, SceneDrawing
 from wzviewer.app.input import Hand, read_input
@@ -140,7 +139,7 @@ class App:
         """Time passes: motions, the worker's events, the window's."""
         self.state = replace(self.state, now_s=self.state.now_s + pulse.dt_s)
         self._open_first()
-        self.state = play(advance(self.state, pulse.dt_s), pulse.dt_s)
+        self.state = preview(self.services, advance(self.state, pulse.dt_s), pulse.dt_s)
         self.state = drain(self.services, self.state, POLL_BUDGET_S)
         for kind, path in self.services.dialogs.poll():
             self.state = answered(self.services, self.state, kind, path)

@@ -32,6 +32,7 @@ STEP = 1.0 / 1024.0  # of a piece, for the motion at its ends
 SPEED_LIMIT = 3.0  # of the slower neighbour: above, a cubic overshoots
 PARTS = (slice(0, 1), slice(1, 3), slice(3, 6), slice(6, 9))
 STILL = np.zeros(9)
+NEAREST = 1e-12  # world units, of what a piece is about
 ROUNDING_S = 1e-9  # of times that are sums
 
 
@@ -274,7 +275,7 @@ def _fineness(key: Key) -> float:
 
 
 def _sees(camera: Camera, point: DoubleArray) -> bool:
-    return bool(camera.to_camera(point)[2] > 0)
+    return bool(camera.to_camera(point)[2] > NEAREST)
 
 
 def _straight(start: Camera, end: Camera, s: float) -> Camera:

@@ -121,7 +121,6 @@ def _length(state: AppState, ui: Ui) -> list[cmd.Command]:
 
 def _sizes(state: AppState, ui: Ui, sizes: tuple[Any, ...], size: tuple[int, int]) -> list[cmd.Command]:
     """Buttons for the usual sizes, and a line to type another."""
-    small(ui, "Size")
     options = [(name, i) for i, (name, _) in enumerate(sizes)]
     is_typed = bool(state.plan.size_text.strip())
     index = next((i for i, (_, s) in enumerate(sizes) if s == state.picture_size and not is_typed), None)

@@ -188,7 +188,7 @@ def _menus(state: AppState, ui: Ui) -> list[cmd.Command]:
     begin = _Button(icons.ICON_FA_ROUTE, "Begin with ready keys", cmd.ClearKeys())
     if _pressed(ui, begin):
         imgui.open_popup("ready keys")
-    corner = (imgui.get_item_rect_max().x, imgui.get_item_rect_min().y - ui.pt(6))
+    corner = (imgui.get_item_rect_max().x, imgui.get_window_pos().y - ui.pt(6))
     imgui.same_line()
     if _pressed(ui, _Button(icons.ICON_FA_FILE_EXPORT, "Camera paths as files", cmd.ClearKeys())):
         imgui.open_popup("path files")
