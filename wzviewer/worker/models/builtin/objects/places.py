@@ -165,7 +165,9 @@ def _flat(v: View) -> FloatArray:
 
 
 def _standing(v: View) -> FloatArray:
-    return (1 - _ramp(v.lying, 0.25, 0.65)) * (1 - _green(v)) * v.ground
+    """A wall, a house: upright by its depth or, which is often wrong of walls, high up; rather even."""
+    upright = np.maximum(1 - _ramp(v.lying, 0.45, 0.85), 0.75 * (1 - _ramp(_rows(v), 0.45, 0.8)))
+    return upright * (1 - _ramp(v.rough, 4, 10)) * (1 - _green(v)) * v.ground
 
 
 def _sky(v: View) -> FloatArray:
