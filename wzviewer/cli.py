@@ -93,13 +93,23 @@ def _add_generate(verbs: Any) -> None:  # noqa: ANN401
 def _add_render(verbs: Any) -> None:  # noqa: ANN401
     command = verbs.add_parser("render", help="scene -> picture or film")
     command.add_argument("scene", type=Path)
-    command.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.{png,mp4}")
+    command.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.{png,mp4,gif}")
     command.add_argument("--level", type=int, metavar="K", help="seen by C_K; default: the last level")
     command.add_argument("--magnify", type=float, default=1.0, metavar="F")
-    command.add_argument("--orbit", type=float, default=0.0, metavar="DEG")
-    command.add_argument("--camera", metavar="JSON", help="an exact view, as the app copies it")
-    command.add_argument("--size", metavar="WxH")
-    command.add_argument("--path", metavar="zoom|orbit|FILE.json", help="camera path of a film")
+    command.add_argument(
+        "--orbit", type=float, default=0.0, metavar="DEG", help="turn; of --path orbit: to either side"
+    )
+    command.add_argument("--camera", metavar="JSON", help="an exact view of a picture, as the app copies it")
+    command.add_argument("--size", metavar="WxH", help="default: the camera's; of a GIF 640 px at most")
+    command.add_argument("--transparent", action="store_true", help="PNG without a background")
+    command.add_argument(
+        "--path",
+        metavar="zoom|orbit|FILE.json",
+        help="camera path of a film; a file as the app or nerfstudio writes it",
+    )
+    command.add_argument("--path-out", type=Path, metavar="FILE.json", help="also write the film's path")
+    command.add_argument("--fps", type=float, help="frames per second; default: 24, GIF 20, or the file's")
+    command.add_argument("--seconds", type=float, help="length of the film; default: the path's own")
     command.add_argument("--blend", choices=("transmittance", "linear"), default="transmittance")
     command.add_argument("--no-modulation", action="store_true", help="the paper's ablation")
     command.add_argument("--no-antialias", action="store_true", help="as the paper: minified surfels alias")

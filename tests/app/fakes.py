@@ -109,7 +109,7 @@ class FakeClient:
         for level in scene:
             self._scene.append(level)
 
-    def reconstruct(self, image: np.ndarray, seed: int = 0) -> int:
+    def reconstruct(self, image: np.ndarray, seed: int = 0, photo: np.ndarray | None = None) -> int:
         self.calls.append(("reconstruct", image.shape))
         request_id = self._begin()
         self._scene = Scene()

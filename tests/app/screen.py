@@ -3,6 +3,7 @@
 from imgui_bundle import imgui
 
 from wzviewer.app.input import Hand, read_input
+from wzviewer.app.keys import LETTERS
 from wzviewer.app.layout import arrange
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
@@ -13,14 +14,15 @@ class Screen:
 
     def __init__(self, fonts, width=1280, height=800):
         self.fonts, self.width, self.height, self.scale = fonts, width, height, 1.0
-        self.hand = Hand()
+        self.hand, self.letters, self.log = Hand(), LETTERS, ()
         self.io = imgui.get_io()
         self.move(-1000, -1000)
 
     def ui(self):
         layout = arrange(self.width, self.height, self.scale)
         times = (10.0, 14.0, 12.0)
-        return Ui(layout, self.fonts, statistics={"Frame": "1 ms"}, frame_times_ms=times)
+        numbers = {"Frame": "1 ms"}
+        return Ui(layout, self.fonts, statistics=numbers, frame_times_ms=times, log=self.log)
 
     def frame(self, state, draw=draw_screen):
         """One frame of the panels; returns their commands and those of the input."""
@@ -28,7 +30,7 @@ class Screen:
         self.io.delta_time = 1 / 60
         imgui.new_frame()
         commands = list(draw(state, self.ui()))
-        self.hand, asked = read_input(state, self.hand)
+        self.hand, asked = read_input(state, self.hand, self.letters)
         imgui.render()
         return commands + asked
 

@@ -7,6 +7,8 @@ from imgui_bundle import imgui
 
 from tests.app.fakes import make_scene, state_with
 from wzviewer.app import commands as cmd
+from wzviewer.app.input import WHEEL_LIMIT
+from wzviewer.app.settings import Settings
 from wzviewer.app.state import Panels, empty_state
 
 
@@ -71,6 +73,99 @@ def test_a_click_is_no_drag(screen, state):
 def test_double_click_flies_there(screen, state):
     screen.click(state, 640, 300)
     assert cmd.ZoomTo(640.0, 300.0) in screen.click(state, 640, 300)
+
+
+def scroll(screen, state, steps, *modifiers):
+    """Scrolls over the picture with keys held; returns all commands until it has come to rest."""
+    screen.move(640, 300)
+    screen.frame(state)
+    for key in modifiers:
+        screen.io.add_key_event(key, True)
+    commands = []
+    for right, down in steps:
+        screen.io.add_mouse_wheel_event(right, down)
+        commands += screen.frame(state)
+    for _ in range(15):
+        commands += screen.frame(state)
+    for key in modifiers:
+        screen.io.add_key_event(key, False)
+    return commands + screen.frame(state)
+
+
+@pytest.mark.parametrize(("key", "kind"), [(imgui.Key.mod_ctrl, "orbit"), (imgui.Key.mod_shift, "pan")])
+def test_scrolling_with_a_key_held_is_a_drag_in_both_directions(screen, state, key, kind):
+    assert scroll(screen, state, [(0.5, 0.25), (0.0, 0.0), (-0.25, 1.0)], key) == [
+        cmd.BeginDrag(kind, 640.0, 300.0),
+        cmd.DragTo(655.0, 307.5),
+        cmd.DragTo(647.5, 337.5),
+        cmd.EndDrag(),
+    ]
+
+
+def test_letting_the_key_go_ends_it_and_zooms_again(screen, state):
+    screen.move(640, 300)
+    screen.frame(state)
+    screen.io.add_key_event(imgui.Key.mod_ctrl, True)
+    screen.io.add_mouse_wheel_event(0.0, 1.0)
+    screen.frame(state)
+    screen.io.add_key_event(imgui.Key.mod_ctrl, False)
+    screen.io.add_mouse_wheel_event(0.0, 1.0)
+    assert screen.frame(state) == [cmd.EndDrag(), cmd.Zoom(640.0, 300.0, 1.0)]
+
+
+def test_scrolling_sideways_alone_does_nothing(screen, state):
+    assert scroll(screen, state, [(1.0, 0.0)]) == []
+
+
+def test_a_burst_of_a_touchpad_is_limited(screen, state):
+    assert scroll(screen, state, [(0.0, 90.0)]) == [cmd.Zoom(640.0, 300.0, WHEEL_LIMIT)]
+
+
+def test_losing_the_focus_lets_go_of_keys_and_buttons(screen, state):
+    screen.io.add_key_event(imgui.Key.w, True)
+    assert [type(c) for c in screen.frame(state)] == [cmd.Fly]
+    screen.io.add_focus_event(False)
+    screen.frame(state)
+    assert screen.frame(state) == []
+    screen.io.add_focus_event(True)
+    assert screen.frame(state) == []
+    screen.move(640, 300)
+    screen.frame(state)
+    screen.io.add_mouse_button_event(0, True)
+    screen.frame(state)
+    screen.move(700, 300)
+    assert [type(c) for c in screen.frame(state)] == [cmd.BeginDrag, cmd.DragTo]
+    screen.io.add_focus_event(False)
+    assert cmd.EndDrag() in screen.frame(state) + screen.frame(state)
+
+
+def test_keys_that_fly_are_places_on_the_keyboard(screen, state):
+    screen.letters = "zqsdae"  # as on a French keyboard
+    (fly,) = screen.press(state, imgui.Key.z)
+    assert (fly.right, fly.down, fly.forward) == (0.0, 0.0, 1.0)
+    (left,) = screen.press(state, imgui.Key.q)
+    assert left.right == -1.0
+    assert screen.press(state, imgui.Key.w) == []
+    assert screen.press(state, imgui.Key.z, imgui.Key.mod_ctrl) == [cmd.Undo()]
+
+
+def test_keys_of_the_authors_viewer(screen, state):
+    K = imgui.Key
+    theirs = replace(state, settings=Settings(keymap="authors"))
+    assert screen.press(theirs, K.r) == [cmd.Generate()]
+    assert screen.press(theirs, K.z) == [cmd.Undo()]
+    assert screen.press(theirs, K.x) == [cmd.Save()]
+    assert screen.press(theirs, K.p) == [cmd.GoToNearest()]
+    assert screen.press(theirs, K.f2) == [cmd.ToggleAuto()]
+    assert screen.press(theirs, K.enter) == [cmd.Generate()]  # ours, where theirs are free
+    (turn,) = screen.press(theirs, K.a)
+    assert turn == cmd.Turn(-1.0, 0.0, pytest.approx(1 / 60))
+    (fly,) = screen.press(theirs, K.right_arrow)
+    assert (fly.right, fly.down, fly.forward) == (1.0, 0.0, 0.0)
+    (closer,) = screen.press(theirs, K.v)
+    (further,) = screen.press(theirs, K.b)
+    assert closer.notches == -further.notches > 0
+    assert screen.press(state, K.v) == [cmd.NextMode()]
 
 
 def test_keys(screen, state):

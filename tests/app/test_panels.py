@@ -10,7 +10,7 @@ from tests.app.fakes import WORDS, fake_services, make_level, make_scene, state_
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
 from wzviewer.app.journal import Leftover
-from wzviewer.app.keys import BINDINGS
+from wzviewer.app.keys import BINDINGS, keymap_of, label_of
 from wzviewer.app.layout import arrange
 from wzviewer.app.naming import name_in
 from wzviewer.app.panels.branches import tree_rows
@@ -181,9 +181,28 @@ def test_help_shows_every_key():
     assert shown == {b.label for b in BINDINGS if b.group}
 
 
-def test_no_key_does_two_things():
-    chords = [(key, b.ctrl, b.ctrl and b.shift) for b in BINDINGS for key in b.keys]
+@pytest.mark.parametrize("letters", ["wasdqe", "zqsdae", ",aoe'.", "цфывйу"])
+@pytest.mark.parametrize("name", ["wzviewer", "authors"])
+def test_no_key_does_two_things(name, letters):
+    keymap = keymap_of(name, letters)
+    chords = [(key, b.ctrl, b.ctrl and b.shift) for b in keymap.bindings for key in b.keys]
+    chords += [(key, False, False) for key in keymap.held]
     assert len(chords) == len(set(chords))
+    assert len(keymap.held) == (6 if name == "wzviewer" else 12)
+
+
+@pytest.mark.parametrize("name", ["wzviewer", "authors"])
+def test_whatever_the_keys_everything_can_be_done(name):
+    commands = {b.command() for b in keymap_of(name).bindings if b.keys and b.command is not None}
+    assert commands >= {b.command() for b in BINDINGS if b.command is not None}
+
+
+def test_help_shows_the_keys_that_count():
+    theirs = [(b.label, b.what) for column in COLUMNS for group in column for b in rows_of(group, "authors")]
+    assert ("R", "New detail where you look") in theirs
+    assert [label for label, what in theirs if what == "New detail where you look"] == ["R"]
+    assert rows_of("Look", "wzviewer", "zqsdae")[5].label == "Z Q S D, A E"
+    assert label_of(cmd.Generate, "authors") == "R"
 
 
 def test_escape_leaves_the_line_and_keeps_the_text(screen):

@@ -10,7 +10,7 @@ from wzviewer.app.settings import FONT_RANGE_PT, Settings, SettingsFile, read_se
 def test_settings_survive(tmp_path):
     file = SettingsFile(tmp_path / "folder" / "settings.json")
     assert file.load() == (Settings(), "")
-    chosen = Settings("light", 19.0, True, False, "shaders")
+    chosen = Settings("light", 19.0, True, False, "shaders", "authors", True)
     assert file.save(chosen) == ""
     assert file.load() == (chosen, "")
     assert [p.name for p in file.path.parent.iterdir()] == ["settings.json"]
@@ -27,6 +27,7 @@ def test_a_damaged_file_gives_the_defaults_and_a_sentence(tmp_path, text):
 
 def test_every_wrong_value_is_the_default_and_named():
     record = {"theme": "pink", "font_pt": 400, "reduced_motion": "yes", "auto_detail": 1, "rasterizer": None}
+    record |= {"keymap": 3, "hint_seen": "no"}
     assert read_settings(record) == (Settings(), tuple(record))
     assert read_settings({"font_pt": True})[1] == ("font_pt",)
     assert read_settings({"font_pt": FONT_RANGE_PT[1], "later": 3})[0].font_pt == FONT_RANGE_PT[1]

@@ -101,6 +101,14 @@ def test_an_older_file_survives_a_refusal(capsys, tmp_path, photo):
         ["--orbit", "720"],
         ["--size", "0x0"],
         ["--path", "none.json", "-o", "x.mp4"],
+        ["--path", "orbit", "--orbit", "720", "-o", "x.mp4"],
+        ["--fps", "0", "-o", "x.mp4"],
+        ["--fps", "60", "-o", "x.gif"],
+        ["--seconds", "nan", "-o", "x.mp4"],
+        ["--size", "4000x4000", "-o", "x.gif"],
+        ["--transparent", "-o", "x.mp4"],
+        ["--path-out", "p.json"],
+        ["--path-out", "nowhere/p.json", "-o", "x.mp4"],
     ],
 )
 def test_bad_render_is_one_line_and_status_2(capsys, tmp_path, monkeypatch, scene_file, words):
@@ -110,7 +118,7 @@ def test_bad_render_is_one_line_and_status_2(capsys, tmp_path, monkeypatch, scen
 
 
 def test_render_refuses_other_suffixes_and_damaged_scenes(capsys, tmp_path, scene_file):
-    assert_refused(run(capsys, "render", scene_file, "-o", tmp_path / "x.gif"))
+    assert_refused(run(capsys, "render", scene_file, "-o", tmp_path / "x.bmp"))
     scene_file.write_bytes(scene_file.read_bytes()[:2000])
     assert_refused(run(capsys, "render", scene_file, "-o", tmp_path / "x.png"))
     assert_refused(run(capsys, "info", scene_file))

@@ -1,11 +1,13 @@
 import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.core.builders import small_level, small_scene
 from wzviewer.core.files import load_scene, save_scene
+from wzviewer.core.scene import PHOTO, Scene
 from wzviewer.errors import InputError, OutputError
 
 
@@ -34,6 +36,30 @@ def test_a_round_trip_is_exact(tmp_path):
         assert_equal_levels(a, b)
     save_scene(loaded, tmp_path / "b.wz")
     assert (tmp_path / "a.wz").read_bytes() == (tmp_path / "b.wz").read_bytes()
+
+
+def with_finer_photo(scene, shape):
+    """The same levels, the first with a photograph of another size."""
+    finer = Scene()
+    for level in scene:
+        own = np.random.default_rng(0).integers(0, 256, shape, np.uint8)
+        finer.append(replace(level, maps={**level.maps, PHOTO: own}) if level.index == 0 else level)
+        finer.commit(level.index)
+    return finer
+
+
+def test_the_photograph_is_kept_to_the_bit(tmp_path):
+    scene = small_scene(2)
+    height, width = scene[0].image.shape[:2]
+    scene = with_finer_photo(scene, (3 * height, 3 * width, 3))
+    save_scene(scene, tmp_path / "a.wz")
+    np.testing.assert_array_equal(load_scene(tmp_path / "a.wz")[0].maps[PHOTO], scene[0].maps[PHOTO])
+
+
+def test_a_photograph_coarser_than_its_level_is_refused(tmp_path):
+    save_scene(with_finer_photo(small_scene(2), (2, 2, 3)), tmp_path / "a.wz")
+    with pytest.raises(InputError, match="photograph"):
+        load_scene(tmp_path / "a.wz")
 
 
 def test_only_finished_levels_are_saved(tmp_path):

@@ -18,6 +18,7 @@ from wzviewer.core.navigation import (
     scale_bar,
     slerp,
     total_magnification,
+    turned,
 )
 
 HOME = Camera.initial(1088, 720)
@@ -116,6 +117,21 @@ def test_orbit_keeps_the_horizon_level() -> None:
     for _ in range(40):
         camera = orbited(camera, np.array([0.1, 0.0, 1.0]), 0.05, 0.02)
     assert camera.rotation[0, 1] == pytest.approx(0.0, abs=1e-12)  # the x axis stays horizontal
+
+
+@pytest.mark.parametrize("level", [0, 3, 12])
+def test_looking_around_moves_the_picture_alike_at_every_magnification(level: int) -> None:
+    camera = deep(level)
+    near, far = focus_of(camera), focus_of(camera, 7.0)
+    after = turned(camera, 0.05, 0.02)
+    shift = (after.project(near) - camera.project(near))[:2]
+    # 0.6 widths a second; off the axis a turn is a little more or less: measured 0.98 to 1.01 of it
+    assert shift == pytest.approx([-0.03 * camera.width, -0.012 * camera.width], rel=0.03)
+    no_parallax = (after.project(far) - camera.project(far))[:2]
+    assert shift == pytest.approx(no_parallax, abs=0.01)  # px; measured 0.001 at level 12
+    np.testing.assert_allclose(after.position, camera.position, atol=1e-12)
+    level_again = turned(turned(camera, 0.3, 0.4), -0.2, 0.1)
+    assert abs(level_again.rotation[0] @ np.array([0.0, 1.0, 0.0])) < 1e-9  # the horizon stays level
 
 
 def test_pan_moves_every_depth_alike() -> None:

@@ -2,7 +2,15 @@ import cv2
 import numpy as np
 import pytest
 
-from wzviewer.core.photos import check_writable, decode_png, encode_png, fit_photo, load_cutout, load_photo
+from wzviewer.core.photos import (
+    check_writable,
+    decode_png,
+    encode_png,
+    finer_photo,
+    fit_photo,
+    load_cutout,
+    load_photo,
+)
 from wzviewer.errors import InputError, OutputError
 
 
@@ -55,6 +63,16 @@ def test_the_working_size_keeps_the_aspect(size):
     assert w % 8 == 0
     assert min(h, w) >= 32
     assert w / h == pytest.approx(width / height, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("size", "kept"),
+    [((800, 600), None), ((1200, 900), None), ((2000, 1500), (2000, 1500)), ((8000, 6000), (4352, 3264))],
+)
+def test_what_a_photo_knows_beyond_its_working_size_is_kept(size, kept):
+    photo = np.zeros((size[1], size[0], 3), np.uint8)
+    finer = finer_photo(photo, fit_photo(photo))
+    assert (finer.shape[1::-1] if finer is not None else None) == kept
 
 
 def bad_files(tmp_path, gradient):

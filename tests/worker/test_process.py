@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from wzviewer.core.scene import Scene
+from wzviewer.core.scene import PHOTO, Scene
 from wzviewer.worker.client import (
     LevelDropped,
     LevelFinished,
@@ -33,8 +33,13 @@ def photo():
     return np.clip(image, 0, 255).astype(np.uint8)
 
 
+def finer():
+    """The same with more pixels: what a camera with a better sensor saw."""
+    return np.repeat(np.repeat(photo(), 3, axis=0), 3, axis=1)
+
+
 def digest(level):
-    arrays = [*level.surfels.arrays().values(), level.image, level.relief]
+    arrays = [*level.surfels.arrays().values(), level.image, level.relief, *level.maps.values()]
     return [a.tobytes() for a in arrays]
 
 
@@ -70,7 +75,7 @@ class Session:
 @pytest.fixture(scope="module")
 def session():
     session = Session()
-    session.client.reconstruct(photo(), seed=5)
+    session.client.reconstruct(photo(), 5, finer())
     session.wait_for(LevelFinished)
     yield session
     session.client.close()
@@ -92,6 +97,10 @@ def test_a_level_is_previewed_refined_and_finished(session):
     assert level.notes["consistency_db"] >= 40.0
     assert np.isfinite(level.relief).all()
     assert len(level.surfels) >= 160 * 112
+
+
+def test_the_first_level_keeps_the_photograph_for_the_zooms(session):
+    np.testing.assert_array_equal(session.scene[0].maps[PHOTO], finer())
 
 
 def test_a_worker_that_is_ready_says_which_words_it_knows(session):

@@ -16,6 +16,7 @@ from wzviewer.app import (
     dropping,
     framing,
     generation,
+    hint,
     history,
     keeping,
     locating,
@@ -23,11 +24,14 @@ from wzviewer.app import (
     preferring,
     prompting,
     recovery,
+    reopening,
+    summoning,
     trail,
     varying,
     viewing,
 )
 from wzviewer.app import commands as cmd
+from wzviewer.app.logbook import log_event, log_notices
 from wzviewer.app.look import MODES
 from wzviewer.app.region import Region
 from wzviewer.app.services import Services
@@ -64,6 +68,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
     panels = state.panels
     if panels.dialog:
         return replace(state, after=None, panels=replace(panels, dialog="", dialog_path=""))
+    if summoning.is_summoned(state):
+        return summoning.dismissed(state)
     if panels.keep or panels.settings or panels.history or panels.materials:
         closed = replace(panels, keep=False, settings=False, history=False, materials=False)
         return replace(state, panels=closed)
@@ -86,11 +92,13 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.ToggleRegion: framing.toggle,
     cmd.GoToPhoto: locating.go_to_photo,
     cmd.Fly: viewing.fly,
+    cmd.Turn: viewing.turn,
     cmd.ZoomTo: viewing.zoom_to,
     cmd.GoHome: viewing.go_home,
     cmd.GoBack: trail.go_back,
     cmd.GoForward: trail.go_forward,
     cmd.GoToLevel: viewing.go_to_level,
+    cmd.GoToNearest: viewing.go_to_nearest,
     cmd.SetLook: set_look,
     cmd.NextMode: next_mode,
     cmd.Resize: viewing.resize,
@@ -121,6 +129,8 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.Drop: dropping.drop,
     cmd.SettleDrop: dropping.settle_drop,
     cmd.OpenDemo: documents.open_demo,
+    cmd.RemoveRecent: reopening.remove,
+    cmd.ClearRecents: reopening.clear,
     cmd.AskOpen: documents.ask_open,
     cmd.Save: documents.save,
     cmd.SaveTo: documents.save_to,
@@ -141,6 +151,14 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.DismissToast: notices.dismiss,
     cmd.ExpandToast: notices.expand,
     cmd.Retry: notices.retry,
+    cmd.DismissHint: hint.dismiss,
+    cmd.OpenPalette: summoning.open_palette,
+    cmd.ClosePalette: summoning.close_palette,
+    cmd.EditPalette: summoning.edit_palette,
+    cmd.MarkEntry: summoning.mark_entry,
+    cmd.ToggleLog: summoning.toggle_log,
+    cmd.SetLogLevel: summoning.set_log_level,
+    cmd.CopyLog: summoning.copy_log,
     cmd.ChangeSettings: preferring.change_settings,
 }
 
@@ -149,6 +167,7 @@ def apply(services: Services, state: AppState, commands: Iterable[cmd.Command]) 
     """Carries out commands in order; a fault becomes a notice."""
     for command in commands:
         state = _guarded(HANDLERS[type(command)], services, state, command)
+        state = hint.after(services, state, command)
     return state
 
 
@@ -160,6 +179,7 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
         LOG.exception("poll failed")
         return state.with_toast(f"The worker cannot be reached: {error}", "error")
     for event in events:
+        log_event(event)
         state = _guarded(generation.on_event, services, state, event)
     state = _guarded(documents.open_next, services, state, None)
     if generation.is_goal_reached(state):
@@ -174,12 +194,15 @@ def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     state = framing.aim(trail.note_place(state))
     recovery.keep(services, state)
     state = keeping.follow_film(services, state)
+    state = reopening.follow(services, state)
     return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 
 def _guarded(handler: Handler, services: Services, state: AppState, argument: object) -> AppState:
     try:
-        return handler(services, state, argument)
+        after = handler(services, state, argument)
+        log_notices(state, after)
+        return after
     except Exception as error:  # the frame loop outlives every fault of a handler
         LOG.exception("%s failed", getattr(handler, "__name__", handler))
         name = getattr(handler, "__name__", "this").replace("_", " ")

@@ -8,11 +8,12 @@ from pathlib import Path
 from wzviewer.app import commands as cmd
 from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
+from wzviewer.app.reopening import note_document
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
 from wzviewer.core.camera import Camera
 from wzviewer.core.files import is_scene_file, load_scene, save_scene
-from wzviewer.core.photos import fit_photo, load_photo
+from wzviewer.core.photos import finer_photo, fit_photo, load_photo
 from wzviewer.core.scene import Scene
 from wzviewer.errors import InputError, WzError
 
@@ -76,7 +77,7 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         return replace(cancel(services, state, cmd.CancelJob()), next_path=path)
     try:
         scene = load_scene(path) if is_scene_file(path) else None
-        photo = None if scene is not None else fit_photo(load_photo(path))
+        original = None if scene is not None else load_photo(path)
     except WzError as error:
         return state.with_toast(error.line(), "error")
     except (OSError, MemoryError) as error:
@@ -95,12 +96,20 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         settings=state.settings,
         picture_size=state.picture_size,
         film=state.film,
+        recents=state.recents,
+        log=state.log,
     )
     if scene is not None:
-        return with_scene(services, fresh, scene, path)
-    assert photo is not None  # either, by construction
+        fresh = with_scene(services, fresh, scene, path)
+        note_document(services, fresh, path)
+        return fresh
+    assert original is not None  # either, by construction
+    photo = fit_photo(original)
     view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
-    return reconstruct(services, replace(fresh, view=view, photo=photo))
+    fresh = replace(fresh, view=view, photo=photo, finer_photo=finer_photo(original, photo))
+    if path != demo_photo():
+        note_document(services, fresh, path)
+    return reconstruct(services, fresh)
 
 
 def with_scene(services: Services, state: AppState, scene: Scene, path: Path | None) -> AppState:
@@ -134,6 +143,7 @@ def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppStat
         return state.with_toast(str(error), "error")
     saved = (state.num_finished, state.scene.marks)
     state = replace(state, path=path, name=path.name, saved=saved)
+    note_document(services, state, path)
     state = state.with_toast(f"Saved {path.name}.", "done")
     then = state.after
     return then(replace(state, after=None)) if then is not None else state

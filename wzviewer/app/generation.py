@@ -163,7 +163,7 @@ def reconstruct(services: Services, state: AppState) -> AppState:
     if state.photo is None:
         return state
     try:
-        request_id = services.client.reconstruct(state.photo)
+        request_id = services.client.reconstruct(state.photo, photo=state.finer_photo)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
     return replace(state, job=Job(request_id, "photo", "", state.now_s))

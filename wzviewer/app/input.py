@@ -9,14 +9,34 @@ from dataclasses import dataclass, replace
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.keys import BINDINGS, FAST, FLY_KEYS, SLOW, matches
-from wzviewer.app.state import AppState
+from wzviewer.app.keys import FAST, LETTERS, SLOW, Held, keymap_of, matches
+from wzviewer.app.state import AppState, DragKind
 
 LEFT, RIGHT, MIDDLE = 0, 1, 2
 SIDE_BUTTONS: dict[int, type[cmd.Command]] = {3: cmd.GoBack, 4: cmd.GoForward}
 DRAG_PX = 4.0  # a hand trembles while it clicks
 LONGEST_STEP_S = 0.1  # a stall is no reason to jump
+SCROLL_PT = 30.0  # that a notch moves what is held by Ctrl or Shift
+SCROLL_REST_S = 0.2  # without scrolling, after which it is let go
+ZOOM_RATE = 5.0  # notches a second, of a key that is held
 WHEEL_LIMIT = 4.0  # notches in a frame: some touchpads report bursts
+
+
+@dataclass(frozen=True)
+class Scroll:
+    """Fingers on a touchpad that turn or shift the picture: the same as a drag, in steps.
+
+    Attributes:
+        kind: which of both.
+        at_px: where the cursor was when it began.
+        by_px: how far it has gone.
+        rest_s: time since the last step, s.
+    """
+
+    kind: DragKind
+    at_px: tuple[float, float]
+    by_px: tuple[float, float] = (0.0, 0.0)
+    rest_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -27,17 +47,25 @@ class Hand:
         button: that was pressed over the picture; None when none is down.
         at_px: where it was pressed.
         is_dragging: whether it has moved far enough.
+        scroll: what Ctrl or Shift with the wheel is doing, or None.
     """
 
     button: int | None = None
     at_px: tuple[float, float] = (0.0, 0.0)
     is_dragging: bool = False
+    scroll: Scroll | None = None
 
 
-def read_input(state: AppState, hand: Hand) -> tuple[Hand, list[cmd.Command]]:
-    """Returns the commands of this frame's mouse and keyboard; call between new_frame and render."""
+def read_input(state: AppState, hand: Hand, letters: str = LETTERS) -> tuple[Hand, list[cmd.Command]]:
+    """Returns the commands of this frame's mouse and keyboard; call between new_frame and render.
+
+    Args:
+        state: of the app.
+        hand: as the last frame left it.
+        letters: printed on the keyboard at the places of W A S D Q E.
+    """
     hand, commands = _read_mouse(state, hand)
-    return hand, [*commands, *_read_keys(state)]
+    return hand, [*commands, *_read_keys(state, letters)]
 
 
 def mouse_px() -> tuple[float, float]:
@@ -53,11 +81,13 @@ def _read_mouse(state: AppState, hand: Hand) -> tuple[Hand, list[cmd.Command]]:
     commands: list[cmd.Command] = []
     if hand.button is not None:
         hand, commands = _held(hand, x, y)
-    if io.want_capture_mouse or not state.has_document or not imgui.is_mouse_pos_valid():
+    is_over_picture = state.has_document and not io.want_capture_mouse and imgui.is_mouse_pos_valid()
+    hand, asked = _scrolled(hand, (x, y), is_over_picture)
+    commands += asked
+    if not is_over_picture:
         return hand, commands
-    if io.mouse_wheel:
-        notches = max(-WHEEL_LIMIT, min(WHEEL_LIMIT, io.mouse_wheel))
-        commands.append(cmd.Zoom(x, y, notches))
+    if io.mouse_wheel and _scroll_kind() is None:
+        commands.append(cmd.Zoom(x, y, _limited(io.mouse_wheel)))
     for button, command in SIDE_BUTTONS.items():
         if imgui.is_mouse_clicked(button):
             commands.append(command())
@@ -65,8 +95,44 @@ def _read_mouse(state: AppState, hand: Hand) -> tuple[Hand, list[cmd.Command]]:
         return Hand(), [*commands, cmd.ZoomTo(x, y)]
     for button in (LEFT, RIGHT, MIDDLE):
         if hand.button is None and imgui.is_mouse_clicked(button):
+            commands += [cmd.EndDrag()] if hand.scroll is not None else []
             hand = Hand(button, (x, y))
     return hand, commands
+
+
+def _scroll_kind() -> DragKind | None:
+    """What scrolling does besides zooming, by the modifiers that are held."""
+    io = imgui.get_io()
+    return "orbit" if io.key_ctrl else "pan" if io.key_shift else None
+
+
+def _limited(notches: float) -> float:
+    return max(-WHEEL_LIMIT, min(WHEEL_LIMIT, notches))
+
+
+def _scrolled(
+    hand: Hand, at_px: tuple[float, float], is_over_picture: bool
+) -> tuple[Hand, list[cmd.Command]]:
+    """Follows Ctrl or Shift with the wheel: begin, steps in both directions, end."""
+    io = imgui.get_io()
+    scroll, kind = hand.scroll, _scroll_kind()
+    steps = (_limited(io.mouse_wheel_h), _limited(io.mouse_wheel))
+    commands: list[cmd.Command] = []
+    is_stepping = any(steps) and is_over_picture
+    rest_s = 0.0 if is_stepping or scroll is None else scroll.rest_s + io.delta_time
+    if scroll is not None and (kind != scroll.kind or rest_s > SCROLL_REST_S):
+        scroll = None
+        commands.append(cmd.EndDrag())
+    if is_stepping and scroll is None and kind is not None and hand.button is None:
+        scroll = Scroll(kind, at_px)
+        commands.append(cmd.BeginDrag(kind, *at_px))
+    if scroll is not None and is_stepping:
+        ratio = io.display_framebuffer_scale.x
+        right, down = (by + SCROLL_PT * ratio * step for by, step in zip(scroll.by_px, steps, strict=True))
+        scroll = replace(scroll, by_px=(right, down))
+        commands.append(cmd.DragTo(scroll.at_px[0] + right, scroll.at_px[1] + down))
+    scroll = replace(scroll, rest_s=rest_s) if scroll is not None else None
+    return replace(hand, scroll=scroll), commands
 
 
 def _held(hand: Hand, x: float, y: float) -> tuple[Hand, list[cmd.Command]]:
@@ -84,10 +150,14 @@ def _held(hand: Hand, x: float, y: float) -> tuple[Hand, list[cmd.Command]]:
     return replace(hand, is_dragging=True), [begin, cmd.DragTo(x, y)]
 
 
-def _read_keys(state: AppState) -> list[cmd.Command]:
+def _read_keys(state: AppState, letters: str) -> list[cmd.Command]:
     io = imgui.get_io()
     if state.panels.dialog:
         return _answer(state)
+    if state.palette.is_open:  # which reads its own
+        return []
+    if state.log.is_open and imgui.is_key_pressed(imgui.Key.escape, repeat=False):
+        return [cmd.Escape()]
     if io.want_text_input:  # keys are dead while typing; the prompt line reads its own Enter and Escape
         return []
     if imgui.is_popup_open("", imgui.PopupFlags_.any_popup.value):  # a menu takes Escape, and no other key
@@ -95,13 +165,15 @@ def _read_keys(state: AppState) -> list[cmd.Command]:
             imgui.internal.close_popup_to_level(0, True)
         return []
     commands: list[cmd.Command] = []
-    for binding in BINDINGS:
+    keymap = keymap_of(state.settings.keymap, letters)
+    for binding in keymap.bindings:
         pressed = any(imgui.is_key_pressed(key, repeat=False) for key in binding.keys)
         if pressed and binding.command is not None and matches(binding, io.key_ctrl, io.key_shift):
             commands.append(binding.command())
     if io.key_ctrl or not state.has_document:
         return commands
-    return [*commands, *_fly(io.key_shift, io.key_alt)]
+    held = [what for key, what in keymap.held.items() if imgui.is_key_down(key)]
+    return [*commands, *_moves(state, held)] if held else commands
 
 
 def _answer(state: AppState) -> list[cmd.Command]:
@@ -117,10 +189,19 @@ def _answer(state: AppState) -> list[cmd.Command]:
     return []
 
 
-def _fly(is_fast: bool, is_slow: bool) -> list[cmd.Command]:
-    held = [step for key, step in FLY_KEYS.items() if imgui.is_key_down(key)]
-    if not held:
-        return []
-    speed = FAST if is_fast else SLOW if is_slow else 1.0
-    right, down, forward = (speed * sum(step[axis] for step in held) for axis in range(3))
-    return [cmd.Fly(right, down, forward, min(imgui.get_io().delta_time, LONGEST_STEP_S))]
+def _moves(state: AppState, held: list[Held]) -> list[cmd.Command]:
+    """What the keys that are held do in this frame."""
+    io, camera = imgui.get_io(), state.view.camera
+    speed = FAST if io.key_shift else SLOW if io.key_alt else 1.0
+    dt_s = min(io.delta_time, LONGEST_STEP_S)
+    right, down, forward = (speed * sum(what.fly[axis] for what in held) for axis in range(3))
+    turn_right, turn_down = (speed * sum(what.turn[axis] for what in held) for axis in range(2))
+    closer = speed * sum(what.zoom for what in held)
+    commands: list[cmd.Command] = []
+    if right or down or forward:
+        commands.append(cmd.Fly(right, down, forward, dt_s))
+    if turn_right or turn_down:
+        commands.append(cmd.Turn(turn_right, turn_down, dt_s))
+    if closer:
+        commands.append(cmd.Zoom(camera.width / 2, camera.height / 2, closer * ZOOM_RATE * dt_s))
+    return commands

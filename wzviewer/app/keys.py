@@ -1,23 +1,40 @@
-"""The one table of keys and gestures: input obeys it, help shows it."""
+"""The one table of keys and gestures: input obeys it, help and palette show it.
+
+::
+
+    BINDINGS   the keys of wzviewer           ┐  keymap_of(name, letters): what counts now
+    AUTHORS    those of the authors' viewer   ┘  (theirs first, ours where a key is free)
+
+Keys that fly are places on the keyboard and not letters: ``letters`` says what is printed there.  All
+other keys go by their letter, as in every program.
+"""
 
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
 
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.settings import KeymapName
 
 MODIFIER = "⌘" if sys.platform == "darwin" else "Ctrl"
-FLY_KEYS: dict[imgui.Key, tuple[float, float, float]] = {
-    imgui.Key.w: (0.0, 0.0, 1.0),
-    imgui.Key.s: (0.0, 0.0, -1.0),
-    imgui.Key.a: (-1.0, 0.0, 0.0),
-    imgui.Key.d: (1.0, 0.0, 0.0),
-    imgui.Key.q: (0.0, 1.0, 0.0),
-    imgui.Key.e: (0.0, -1.0, 0.0),
-}
+LETTERS = "wasdqe"  # at the places that fly, on an American keyboard
 FAST, SLOW = 3.0, 0.25  # with Shift, with Alt
+SIGNS = {
+    "`": "grave_accent",
+    "-": "minus",
+    "=": "equal",
+    "[": "left_bracket",
+    "]": "right_bracket",
+    "\\": "backslash",
+    ",": "comma",
+    ";": "semicolon",
+    "'": "apostrophe",
+    ".": "period",
+    "/": "slash",
+}
 
 
 @dataclass(frozen=True)
@@ -43,13 +60,43 @@ class Binding:
     shift: bool = False
 
 
+@dataclass(frozen=True)
+class Held:
+    """What a key does as long as it is held; each in about [-1, 1].
+
+    Attributes:
+        fly: right, down, forward.
+        turn: right, down.
+        zoom: closer.
+    """
+
+    fly: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    turn: tuple[float, float] = (0.0, 0.0)
+    zoom: float = 0.0
+
+
+@dataclass(frozen=True)
+class Keymap:
+    """Everything that keys do.
+
+    Attributes:
+        bindings: pressed once.
+        held: as long as they are down.
+    """
+
+    bindings: tuple[Binding, ...]
+    held: Mapping[imgui.Key, Held]
+
+
 K = imgui.Key
+FLY_LABEL = "W A S D, Q E"  # stands for the letters at these places
 BINDINGS: tuple[Binding, ...] = (
-    Binding("Wheel", "Zoom to the cursor", "Look"),
+    Binding("Scroll", "Zoom to the cursor", "Look"),
     Binding("Drag", "Orbit about what is there", "Look"),
     Binding("Right drag, Shift drag", "Pan", "Look"),
+    Binding(f"{MODIFIER} scroll, Shift scroll", "Orbit, pan (touchpad)", "Look"),
     Binding("Double click", "Fly there and closer", "Look"),
-    Binding("W A S D, Q E", "Fly; Shift fast, Alt slow", "Look"),
+    Binding(FLY_LABEL, "Fly; Shift fast, Alt slow", "Look"),
     Binding("Home", "The whole picture", "Look", (K.home, K.h), cmd.GoHome),
     Binding("[, Backspace", "The view before", "Look", (K.left_bracket, K.backspace), cmd.GoBack),
     Binding("]", "The view after", "Look", (K.right_bracket,), cmd.GoForward),
@@ -72,22 +119,107 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} C", "Copy view as command", "File", (K.c,), cmd.CopyView, ctrl=True),
     Binding(f"{MODIFIER} M", "Film from the photo to here", "File", (K.m,), cmd.AskFilm, ctrl=True),
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
-    Binding("F2, Del", "Rename, delete the level here", "Panels", (K.f2,), cmd.BeginRename),
-    Binding("Del", "Delete the level here", "", (K.delete,), cmd.DeleteHere),
+    Binding("F2", "Rename the level here", "Panels", (K.f2,), cmd.BeginRename),
+    Binding(f"{MODIFIER} Del", "Delete the level here", "Panels", (K.delete,), cmd.DeleteHere, ctrl=True),
     Binding("U", "History", "Panels", (K.u,), lambda: cmd.Toggle("history")),
-    Binding("I", "Where you are in the photo", "Panels", (K.i,), lambda: cmd.Toggle("locator")),
+    Binding("O", "Where you are in the photo", "Panels", (K.o,), lambda: cmd.Toggle("locator")),
     Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),
     Binding("F3", "Look behind, statistics", "Panels", (K.f3,), lambda: cmd.Toggle("statistics")),
     Binding(f"{MODIFIER} ,", "Settings", "Panels", (K.comma,), lambda: cmd.Toggle("settings"), True),
     Binding("K", "Keep: picture, film, command", "Panels", (K.k,), lambda: cmd.Toggle("keep")),
+    Binding(f"{MODIFIER} K", "All commands by name", "Panels", (K.k,), cmd.OpenPalette, ctrl=True),
+    Binding(f"{MODIFIER} Shift P", "All commands by name", "", (K.p,), cmd.OpenPalette, True, True),
+    Binding("F12", "Log", "Panels", (K.f12,), cmd.ToggleLog),
     Binding("F1", "This help", "Panels", (K.f1,), lambda: cmd.Toggle("help")),
     Binding(f"{MODIFIER} Q", "Close", "File", (K.q,), cmd.Close, ctrl=True),
 )
+# Keys of the viewer that the paper's authors released; what they have and we do not has no key here.
+LOOK_LABEL = "W A S D"
+AUTHORS: tuple[Binding, ...] = (
+    Binding("V, B", "Zoom in, zoom out", "Look"),
+    Binding(LOOK_LABEL, "Look around; Shift fast, Alt slow", "Look"),
+    Binding("Arrows, N M", "Move; up and down", "Look"),
+    Binding("P", "The nearest level", "Look", (K.p,), cmd.GoToNearest),
+    Binding("R", "New detail where you look", "Make", (K.r,), cmd.Generate),
+    Binding("Z", "Undo", "Make", (K.z,), cmd.Undo),
+    Binding("F2", "Auto detail on or off", "Make", (K.f2,), cmd.ToggleAuto),
+    Binding("F6", "Draw the frame of the next level", "Make", (K.f6,), cmd.ToggleRegion),
+    Binding("F7", "Another of the newest level", "Make", (K.f7,), cmd.Another),
+    Binding("F8", "Materials and weather", "Make", (K.f8,), lambda: cmd.Toggle("materials")),
+    Binding("X", "Save", "File", (K.x,), cmd.Save),
+    Binding("F9", "Rename the level here", "Panels", (K.f9,), cmd.BeginRename),
+    Binding("F4", "Picture, levels, depth, coverage", "Panels", (K.f4,), cmd.NextMode),
+)
+FLY_STEPS = (
+    Held((0.0, 0.0, 1.0)),
+    Held((-1.0, 0.0, 0.0)),
+    Held((0.0, 0.0, -1.0)),
+    Held((1.0, 0.0, 0.0)),
+    Held((0.0, 1.0, 0.0)),
+    Held((0.0, -1.0, 0.0)),
+)
+LOOK_STEPS = (Held(turn=(0.0, -1.0)), Held(turn=(-1.0, 0.0)), Held(turn=(0.0, 1.0)), Held(turn=(1.0, 0.0)))
+AUTHORS_HELD: dict[imgui.Key, Held] = {
+    K.up_arrow: Held((0.0, 0.0, 1.0)),
+    K.down_arrow: Held((0.0, 0.0, -1.0)),
+    K.left_arrow: Held((-1.0, 0.0, 0.0)),
+    K.right_arrow: Held((1.0, 0.0, 0.0)),
+    K.n: Held((0.0, -1.0, 0.0)),
+    K.m: Held((0.0, 1.0, 0.0)),
+    K.v: Held(zoom=1.0),
+    K.b: Held(zoom=-1.0),
+}
 
 
-def label_of(command: type[cmd.Command]) -> str:
+@cache
+def keymap_of(name: KeymapName, letters: str = LETTERS) -> Keymap:
+    """Returns what keys do.
+
+    Args:
+        name: whose keys.
+        letters: printed at the places of W A S D Q E.
+    """
+    keys = [_key_of(sign, usual) for sign, usual in zip(letters, LETTERS, strict=True)]
+    if name == "wzviewer":
+        held = dict(zip(keys, FLY_STEPS, strict=True))
+        return Keymap(_without(_spelled(BINDINGS, letters), set(held)), held)
+    held = {**AUTHORS_HELD, **dict(zip(keys, LOOK_STEPS, strict=False))}
+    theirs = _without(_spelled(AUTHORS, letters), set(held))
+    taken = set(held) | {key for binding in theirs for key in binding.keys}
+    ours = tuple(b for b in BINDINGS if b.label != FLY_LABEL)
+    commands = {b.command for b in theirs if b.keys}
+    rest = (replace(b, group="") if b.command in commands else b for b in _without(ours, taken))
+    return Keymap((*theirs, *rest), held)
+
+
+def _spelled(bindings: tuple[Binding, ...], letters: str) -> tuple[Binding, ...]:
+    """The rows with the letters that are printed on this keyboard."""
+    spaced = " ".join(letters.upper())  # W A S D Q E
+    labels = {FLY_LABEL: f"{spaced[:7]}, {spaced[8:]}", LOOK_LABEL: spaced[:7]}
+    return tuple(replace(b, label=labels.get(b.label, b.label)) for b in bindings)
+
+
+def _without(bindings: tuple[Binding, ...], taken: set[imgui.Key]) -> tuple[Binding, ...]:
+    """The rows without bare keys that do something else; a row without any key is not shown."""
+    rows: list[Binding] = []
+    for binding in bindings:
+        left = tuple(key for key in binding.keys if binding.ctrl or key not in taken)
+        if left != binding.keys:
+            label = ", ".join(imgui.get_key_name(key) for key in left)
+            binding = replace(binding, keys=left, label=label, group=binding.group if left else "")
+        rows.append(binding)
+    return tuple(rows)
+
+
+def _key_of(sign: str, usual: str) -> imgui.Key:
+    """The key that imgui reports where a sign is printed; a letter it does not know is the American one."""
+    sign = sign if sign in SIGNS or ("a" <= sign <= "z") else usual
+    return getattr(imgui.Key, SIGNS.get(sign, sign))
+
+
+def label_of(command: type[cmd.Command], keymap: KeymapName = "wzviewer") -> str:
     """Returns the key that gives a command, for tooltips; empty when there is none."""
-    return next((b.label for b in BINDINGS if b.command is command), "")
+    return next((b.label for b in keymap_of(keymap).bindings if b.command is command), "")
 
 
 def label_for(command: cmd.Command) -> str:

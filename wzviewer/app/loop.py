@@ -20,6 +20,7 @@ from wzviewer.app.layout import arrange
 from wzviewer.app.pacing import Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
+from wzviewer.app.recents import NoRecents, RecentFolder, RecentStore
 from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
 from wzviewer.app.settings import NoStore, SettingsFile, Store
@@ -47,6 +48,7 @@ class App:
         renderer: of the scene; a `SceneDrawing` when None.
         store: where settings are kept; None keeps none.
         journal: where finished levels are kept until they are saved; None keeps none.
+        recents: where the files opened lately are kept; None keeps none.
     """
 
     def __init__(
@@ -56,13 +58,15 @@ class App:
         renderer: SceneRenderer | None = None,
         store: Store | None = None,
         journal: Journal | None = None,
+        recents: RecentStore | None = None,
     ) -> None:
         client.start()  # at once: it takes seconds until it is ready
         self.window = window
         store = store or NoStore()
         settings, complaint = store.load()
         renderer = renderer or SceneDrawing(window.context, rasterizer=settings.rasterizer)
-        self.services = Services(client, renderer, SystemDialogs(), store, journal or NoJournal())
+        kept = (store, journal or NoJournal())
+        self.services = Services(client, renderer, SystemDialogs(), *kept, recents=recents or NoRecents())
         self.state = replace(empty_state(*window.size_px), settings=settings)
         if complaint:
             self.state = self.state.with_toast(complaint, "error")
@@ -115,6 +119,8 @@ class App:
         self.services.client.close()
         self.services.journal.close()
         self.services.filmer.close()
+        self.services.recents.close()
+        self.services.log.detach()
         self._thumbnails.close()
         self.services.renderer.close()
         self.window.close()
@@ -169,7 +175,7 @@ class App:
         """Draws the panels; returns what they and the input ask for."""
         ui = self._ui()
         commands = draw_screen(self.state, ui)
-        self._hand, asked = read_input(self.state, self._hand)
+        self._hand, asked = read_input(self.state, self._hand, self.window.letters)
         return commands + asked
 
     def _ui(self) -> Ui:
@@ -179,13 +185,16 @@ class App:
         photo = thumbnails.of_photo(state.photo) if not len(state.scene) else None
         backdrop = None if state.has_document else thumbnails.of_photo(self._start_picture(), "start")
         shown |= ({"photo"} if photo else set()) | ({"start"} if backdrop else set())
-        thumbnails.keep_only(shown)
+        recents = {} if state.has_document else thumbnails.of_recents(state.recents)
+        thumbnails.keep_only(shown | set(recents))
         statistics = {**self._timing(), **self.services.renderer.statistics()} if len(state.scene) else {}
         layout = arrange(size.x, size.y, self._style[1])
         pictures = (thumbnails.of_scene(state.scene), photo, backdrop)
         target_ms = 1e3 * self.services.renderer.target_s
         numbers = (statistics, tuple(self._times_ms), target_ms)
-        return Ui(layout, self.window.fonts, *pictures, *numbers, PALETTES[self._style[0]])
+        log = self.services.log.lines(state.log.level) if state.log.is_open else ()
+        colors, letters = PALETTES[self._style[0]], self.window.letters
+        return Ui(layout, self.window.fonts, *pictures, *numbers, colors, recents, letters, log)
 
     def _start_picture(self) -> ByteArray | None:
         if self._backdrop is None and (path := demo_photo()) is not None:
@@ -235,8 +244,12 @@ def run_app(
         OutputError: when the screenshot cannot be written.
     """
     window: Window = OffscreenWindow() if headless else GlfwWindow()
-    kept = (None, None) if headless else (SettingsFile.of_user(), JournalFolder.of_user())
+    kept: tuple[Any, ...] = ()
+    if not headless:
+        kept = (SettingsFile.of_user(), JournalFolder.of_user(), RecentFolder.of_user())
     app = App(window, WorkerClient(synthesizer), None, *kept)
+    if not headless:
+        app.services.log.attach()
     try:
         app.run(path, frames)
         if screenshot is not None:

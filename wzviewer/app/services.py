@@ -9,7 +9,9 @@ from imgui_bundle import imgui
 
 from wzviewer.app.filming import Filmer, FilmProcess
 from wzviewer.app.journal import Journal, NoJournal
+from wzviewer.app.logbook import Logbook
 from wzviewer.app.look import Look
+from wzviewer.app.recents import NoRecents, RecentStore
 from wzviewer.app.settings import NoStore, Store
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
@@ -31,8 +33,8 @@ class Client(Protocol):
     def load(self, scene: Scene) -> None:
         """Takes over a scene."""
 
-    def reconstruct(self, image: ByteArray, seed: int = 0) -> int:
-        """Asks for E_0."""
+    def reconstruct(self, image: ByteArray, seed: int = 0, photo: ByteArray | None = None) -> int:
+        """Asks for E_0 from a photo in its working size, and with more pixels if it has them."""
         ...
 
     def synthesize(
@@ -140,4 +142,6 @@ class Services:
     store: Store = field(default_factory=NoStore)
     journal: Journal = field(default_factory=NoJournal)
     filmer: Filmer = field(default_factory=FilmProcess)
+    recents: RecentStore = field(default_factory=NoRecents)
+    log: Logbook = field(default_factory=Logbook)
     copy: Callable[[str], None] = imgui.set_clipboard_text

@@ -16,6 +16,7 @@ from wzviewer.errors import WzError
 
 LOG = logging.getLogger(__name__)
 ThemeName = Literal["dark", "light"]
+KeymapName = Literal["wzviewer", "authors"]
 RasterizerName = Literal["auto", "shaders", "kernels"]
 FONT_RANGE_PT = (13.0, 22.0)
 MAX_FILE_BYTES = 1 << 16
@@ -31,6 +32,8 @@ class Settings:
         reduced_motion: jump where a flight would go, and no eased zoom.
         auto_detail: ask for detail by itself where the view rests beyond what there is.
         rasterizer: who draws; takes effect at the next start.
+        keymap: whose keys: wzviewer's, or those of the viewer that the paper's authors released.
+        hint_seen: whether the hint on the first photo was read, and is not shown again.
     """
 
     theme: ThemeName = "dark"
@@ -38,6 +41,8 @@ class Settings:
     reduced_motion: bool = False
     auto_detail: bool = True
     rasterizer: RasterizerName = "auto"
+    keymap: KeymapName = "wzviewer"
+    hint_seen: bool = False
 
 
 def read_settings(record: Mapping[str, object]) -> tuple[Settings, tuple[str, ...]]:
@@ -56,10 +61,9 @@ def read_settings(record: Mapping[str, object]) -> tuple[Settings, tuple[str, ..
 
 
 def _is_valid(name: str, value: object) -> bool:
-    if name == "theme":
-        return value in get_args(ThemeName)
-    if name == "rasterizer":
-        return value in get_args(RasterizerName)
+    choices = {"theme": ThemeName, "rasterizer": RasterizerName, "keymap": KeymapName}
+    if name in choices:
+        return value in get_args(choices[name])
     if name == "font_pt":
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         return is_number and FONT_RANGE_PT[0] <= cast(float, value) <= FONT_RANGE_PT[1]

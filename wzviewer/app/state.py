@@ -15,6 +15,8 @@ from wzviewer.app.changes import History
 from wzviewer.app.commands.base import Command
 from wzviewer.app.journal import Leftover
 from wzviewer.app.look import Look
+from wzviewer.app.overlays import LogView, PaletteView
+from wzviewer.app.recents import Recents
 from wzviewer.app.region import Region
 from wzviewer.app.settings import Settings
 from wzviewer.app.wishes import Goal as Goal
@@ -235,6 +237,7 @@ class AppState:
         view: camera and its motions.
         scene: the log of levels.
         photo: (h, w, 3) uint8, the picture before E_0 exists; None on the start page.
+        finer_photo: the same with more pixels, if it has them.
         path: the scene's file, if it has one.
         name: of the document, for the title.
         saved: (levels, their marks) when last saved.
@@ -259,6 +262,9 @@ class AppState:
         picture_size: of pictures and films, px; None is the window's.
         film: the film in the making.
         leftover: what a crash left behind, until the user has said what to do with it.
+        palette: of all commands.
+        log: its window.
+        recents: files that were open lately.
         next_path: to be opened once the running request has stopped.
         is_closing: whether the loop ends.
     """
@@ -266,6 +272,7 @@ class AppState:
     view: View
     scene: Scene = field(default_factory=Scene)
     photo: ByteArray | None = None
+    finer_photo: ByteArray | None = None
     path: Path | None = None
     name: str = ""
     saved: tuple[int, dict[int, Mark]] = (0, {})
@@ -292,6 +299,9 @@ class AppState:
     picture_size: tuple[int, int] | None = None
     film: Film | None = None
     leftover: Leftover | None = None
+    palette: PaletteView = field(default_factory=PaletteView)
+    log: LogView = field(default_factory=LogView)
+    recents: Recents = field(default_factory=Recents)
     next_path: Path | None = None
     now_s: float = 0.0
     is_worker_ready: bool = False

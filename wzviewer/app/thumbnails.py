@@ -1,11 +1,13 @@
 """Small pictures of the levels, and the flat photo, as textures that imgui can show."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from imgui_bundle import imgui
 
+from wzviewer.app.recents import Recents
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray
 from wzviewer.gl.context import GlContext
@@ -41,8 +43,13 @@ class Thumbnails:
         """Returns a photo (h, w, 3) uint8 at full size."""
         return self._of(key, photo, max(photo.shape)) if photo is not None else None
 
+    def of_recents(self, recents: Recents) -> dict[Path, Thumbnail]:
+        """Returns the pictures of recent files, as far as there are some."""
+        pictures = {file.path: file.picture for file in recents.files}
+        return {path: self._of(path, p, max(p.shape)) for path, p in pictures.items() if p is not None}
+
     def keep_only(self, keys: set[object]) -> None:
-        """Frees the textures of other keys: level indices, or names given to `of_photo`."""
+        """Frees the textures of other keys: level indices, paths, or names given to `of_photo`."""
         for key in [k for k in self._kept if k not in keys]:
             self._kept.pop(key)[1].release()
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.picking import world_point
+from wzviewer.app.places import level_here
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Drag, View, fitted
 from wzviewer.core import navigation
@@ -88,6 +89,13 @@ def fly(services: Services, state: AppState, command: cmd.Fly) -> AppState:
     return state.with_view(replace(view, camera=camera, flight=None, spring=ZoomSpring()))
 
 
+def turn(services: Services, state: AppState, command: cmd.Turn) -> AppState:
+    """Looks around for a frame; the focus is what lies ahead."""
+    view = state.view
+    camera = navigation.turned(view.camera, command.right * command.dt_s, command.down * command.dt_s)
+    return state.with_view(replace(view, camera=camera, flight=None, spring=ZoomSpring()))
+
+
 def zoom_to(services: Services, state: AppState, command: cmd.ZoomTo) -> AppState:
     """Flies to a pixel and closer."""
     view = state.view
@@ -114,6 +122,11 @@ def go_to_level(services: Services, state: AppState, command: cmd.GoToLevel) -> 
     camera = fitted(level.camera, view.camera.width, view.camera.height)
     deeper = camera.focal_px > view.camera.focal_px
     return fly_to(state, camera, level.frame.origin if deeper else view.focus)
+
+
+def go_to_nearest(services: Services, state: AppState, command: cmd.GoToNearest) -> AppState:
+    """Flies to the camera of the level that the view is in."""
+    return go_to_level(services, state, cmd.GoToLevel(level_here(state))) if len(state.scene) else state
 
 
 def fly_to(state: AppState, camera: Camera, focus: DoubleArray) -> AppState:

@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from imgui_bundle import imgui, implot  # before glfw: both must share the library that it ships
 
+from wzviewer.app.keys import LETTERS
 from wzviewer.app.theme import Fonts, apply_theme
 from wzviewer.core.types import ByteArray
 from wzviewer.errors import ContextError
@@ -48,6 +49,11 @@ class Window(Protocol):
     context: GlContext
     fonts: Fonts
     scale: float  # imgui units per point
+
+    @property
+    def letters(self) -> str:
+        """What is printed on the keyboard at the places of W A S D Q E."""
+        ...
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -100,16 +106,24 @@ class OffscreenWindow:
     Args:
         size_px: width and height.
         step_s: time that a frame stands for, so that runs repeat exactly.
+        scale: imgui units per point, as on a dense screen.
     """
 
-    def __init__(self, size_px: tuple[int, int] = START_SIZE, step_s: float = 1 / 60) -> None:
+    def __init__(
+        self, size_px: tuple[int, int] = START_SIZE, step_s: float = 1 / 60, scale: float = 1.0
+    ) -> None:
         self.context = create_context("egl")
-        self.scale, self._step_s = 1.0, step_s
+        self.scale, self._step_s = scale, step_s
         self._size_px = size_px
         self._framebuffer = self.context.ctx.simple_framebuffer(size_px, 3)
         self._io = _new_imgui()
-        self.fonts = apply_theme(1.0)
+        self.fonts = apply_theme(scale)
         imgui.backends.opengl3_init(GLSL)
+
+    @property
+    def letters(self) -> str:
+        """There is no keyboard: the American one."""
+        return LETTERS
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -215,6 +229,14 @@ class GlfwWindow:
 
     def _on_drop(self, window: object, paths: list[str]) -> None:
         self._dropped += [Path(p) for p in paths]
+
+    @property
+    def letters(self) -> str:
+        """What is printed at the places of W A S D Q E: glfw names keys by place, imgui by letter."""
+        places = (getattr(self._glfw, f"KEY_{letter.upper()}") for letter in LETTERS)
+        names = [self._glfw.get_key_name(place, 0) or "" for place in places]
+        pairs = zip(names, LETTERS, strict=True)
+        return "".join(name.lower() if len(name) == 1 and name.isascii() else usual for name, usual in pairs)
 
     @property
     def size_px(self) -> tuple[int, int]:

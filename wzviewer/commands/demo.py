@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from wzviewer.commands import cameras
+from wzviewer.commands.films import write_film
 from wzviewer.commands.generate import report
 from wzviewer.commands.generation import Timings, generate_scene
 from wzviewer.commands.progress import Progress
-from wzviewer.commands.rendering import film_frames, picture, scene_renderer, write_film, write_png
+from wzviewer.commands.rendering import film_frames, picture, scene_renderer, write_png
 from wzviewer.config import Generation, Zoom
 from wzviewer.core.assets import demo_picture
 from wzviewer.core.camera import Camera

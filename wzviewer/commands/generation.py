@@ -9,7 +9,7 @@ import numpy as np
 from wzviewer.commands.progress import Progress
 from wzviewer.config import Generation, Zoom
 from wzviewer.core.camera import Camera
-from wzviewer.core.photos import fit_photo, load_photo
+from wzviewer.core.photos import finer_photo, fit_photo, load_photo
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray
 from wzviewer.errors import Cancelled, InputError, WorkerError
@@ -43,18 +43,19 @@ def generate_scene(plan: Generation, progress: Progress) -> tuple[Scene, Timings
         WorkerError: when the worker failed.
     """
     check_backend(plan.synthesizer)
-    image = working_image(plan)
+    image, photo = read_photo(plan)
     check_prompts(plan.zooms)
     with WorkerClient(plan.synthesizer) as client:
         progress.line("starting the worker (the first time on a machine it compiles its kernels)")
         _wait_until(client, lambda e: isinstance(e, WorkerStarted), START_TIMEOUT_S)
-        return run_plan(client, image, plan, progress)
+        return run_plan(client, image, plan, progress, photo)
 
 
-def working_image(plan: Generation) -> ByteArray:
-    """Loads the photo of a plan at its working size."""
-    image = load_photo(plan.image)
-    return fit_photo(image, max(plan.size)) if plan.size else fit_photo(image)
+def read_photo(plan: Generation) -> tuple[ByteArray, ByteArray | None]:
+    """Returns the photo of a plan at its working size, and with more pixels if it has them."""
+    photo = load_photo(plan.image)
+    image = fit_photo(photo, max(plan.size)) if plan.size else fit_photo(photo)
+    return image, finer_photo(photo, image)
 
 
 def check_backend(name: str) -> None:
@@ -78,12 +79,16 @@ def check_prompts(zooms: tuple[Zoom, ...]) -> None:
 
 
 def run_plan(
-    client: WorkerClient, image: ByteArray, plan: Generation, progress: Progress
+    client: WorkerClient,
+    image: ByteArray,
+    plan: Generation,
+    progress: Progress,
+    photo: ByteArray | None = None,
 ) -> tuple[Scene, Timings]:
     """Makes the levels of a plan with a running worker."""
     scene, timings = Scene(), Timings()
     progress.begin("level 0")
-    _collect(client, scene, client.reconstruct(image, plan.seed), timings, progress)
+    _collect(client, scene, client.reconstruct(image, plan.seed, photo), timings, progress)
     for number, zoom in enumerate(plan.zooms, start=1):
         parent = len(scene) - 1 if zoom.parent is None else zoom.parent
         if not 0 <= parent < len(scene):

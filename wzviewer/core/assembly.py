@@ -11,7 +11,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.messages import Json
 from wzviewer.core.packing import PACKED_DTYPES, Packed, check_packed, pack, unpack
 from wzviewer.core.records import header_fields
-from wzviewer.core.scene import Level
+from wzviewer.core.scene import PHOTO, Level
 from wzviewer.core.surfels import Surfels
 
 CHUNK_SURFELS = 1 << 16
@@ -69,7 +69,14 @@ def level_of(header: Json, arrays: Arrays, surfels: Surfels | None = None) -> Le
     if surfels is None:
         surfels = surfels_of(arrays, fields["camera"], fields["frame"])
     maps = {k.removeprefix(MAP_PREFIX): v for k, v in arrays.items() if k.startswith(MAP_PREFIX)}
+    if PHOTO in maps and not _is_finer(maps[PHOTO], image):
+        raise ValueError("the photograph does not fit its level")
     return Level(surfels=surfels, image=image, relief=relief, maps=maps, **fields)
+
+
+def _is_finer(photo: NDArray[Any], image: NDArray[Any]) -> bool:
+    is_picture = photo.dtype == np.uint8 and photo.ndim == 3 and photo.shape[2] == 3
+    return is_picture and all(a >= b for a, b in zip(photo.shape, image.shape, strict=True))
 
 
 class LevelAssembly:

@@ -7,6 +7,7 @@
       levels/000/surfels.safetensors      packed surfels (core.packing) and coverage
       levels/000/image.png                I_0
       levels/000/depth.safetensors        relief and further maps
+      levels/000/photo.png                the photograph, where it is finer than I_0
       levels/001/...
 
 Nothing in a file is ever executed.  An entry is read only when it is stored uncompressed and its
@@ -26,13 +27,13 @@ from wzviewer.core.constants import MAX_LEVELS
 from wzviewer.core.marks import FIELDS, marks_from_json, marks_to_json
 from wzviewer.core.photos import decode_png, encode_png, whole_file
 from wzviewer.core.records import Json, header_of
-from wzviewer.core.scene import Level, Scene
+from wzviewer.core.scene import PHOTO, Level, Scene
 from wzviewer.errors import InputError
 
 FORMAT, VERSION = "wzviewer-scene", 1
 MAX_MANIFEST_BYTES = 16 << 20
 MAX_ENTRY_BYTES = 4 << 30
-MAX_ENTRIES = 4 * MAX_LEVELS
+MAX_ENTRIES = 5 * MAX_LEVELS
 DAMAGED = "the scene file is damaged"
 
 
@@ -69,8 +70,10 @@ def put_level(archive: zipfile.ZipFile, level: Level) -> None:
     folder = f"levels/{level.index:03d}"
     _put(archive, f"{folder}/surfels.safetensors", save(surfel_arrays(level.surfels)))
     _put(archive, f"{folder}/image.png", encode_png(level.image))
-    maps = {MAP_PREFIX + k: np.ascontiguousarray(v) for k, v in level.maps.items()}
+    maps = {MAP_PREFIX + k: np.ascontiguousarray(v) for k, v in level.maps.items() if k != PHOTO}
     _put(archive, f"{folder}/depth.safetensors", save({"relief": level.relief, **maps}))
+    if PHOTO in level.maps:
+        _put(archive, f"{folder}/{PHOTO}.png", encode_png(level.maps[PHOTO]))
 
 
 def _put(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
@@ -134,6 +137,8 @@ def get_level(archive: zipfile.ZipFile, index: int, header: Json) -> Level:
     arrays: dict[str, NDArray[Any]] = {"image": decode_png(_get(archive, f"{folder}/image.png"), folder)}
     for entry in ("surfels", "depth"):
         arrays |= _tensors(_get(archive, f"{folder}/{entry}.safetensors"))
+    if f"{folder}/{PHOTO}.png" in archive.NameToInfo:
+        arrays[MAP_PREFIX + PHOTO] = decode_png(_get(archive, f"{folder}/{PHOTO}.png"), folder)
     return level_of(header, arrays)
 
 

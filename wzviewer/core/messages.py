@@ -30,7 +30,7 @@ class Message:
 
 @dataclass(frozen=True)
 class ReconstructScene(Message):
-    """Make E_0 (line 1).  Arrays: ``image`` (h, w, 3) uint8."""
+    """Make E_0 (line 1).  Arrays: ``image`` (h, w, 3) uint8; perhaps ``photo``, the same but finer."""
 
     direction: ClassVar[str] = "app->worker"
     request_id: int

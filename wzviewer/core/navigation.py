@@ -5,6 +5,7 @@ Two groups of motions, because a zoomed picture has two kinds of freedom::
     picture motions   zoomed, panned     focal length and principal point; the pose stays, so every
                                          pixel follows the hand exactly and nothing is disoccluded
     pose motions      orbited, flown     the camera itself moves; there is parallax
+                      turned             the camera looks elsewhere; there is none
 
 Panning moves the principal point and not the camera: at a magnification of 8^n a camera motion of one
 pixel is 8^-n of the depth, and points at other depths would run away under the cursor.
@@ -125,6 +126,22 @@ def flown(
     moved = replace(camera, camera_from_world=pose)
     zoom = math.exp(FLY_RATE * dt_s * forward * (1.0 - share))
     return moved.zoomed(camera.width / 2, camera.height / 2, zoom)
+
+
+def turned(camera: Camera, right_s: float, down_s: float) -> Camera:
+    """Returns the camera looking elsewhere from where it is, `FLY_RATE` pictures a second.
+
+    What is seen moves the other way by about that much, whatever the magnification: no parallax.
+
+    Args:
+        camera: the camera before.
+        right_s: how long it turns to the right, s.
+        down_s: how long it turns downwards, s.
+    """
+    yaw_rad, pitch_rad = (FLY_RATE * time_s * camera.width / camera.focal_px for time_s in (right_s, down_s))
+    turn = _rotation(np.array([0.0, 1.0, 0.0]), yaw_rad) @ _rotation(camera.rotation[0], -pitch_rad)
+    rotation = _orthonormal(camera.rotation @ turn.T)
+    return replace(camera, camera_from_world=pose_through(rotation, camera.position, np.zeros(3)))
 
 
 def pose_through(rotation: DoubleArray, point: DoubleArray, in_camera: DoubleArray) -> DoubleArray:
@@ -260,13 +277,25 @@ def _resized_to(camera: Camera, other: Camera) -> Camera:
 
 def slerp(start: DoubleArray, end: DoubleArray, s: float) -> DoubleArray:
     """Returns the rotation (3, 3) at a fraction of the great circle between two rotations."""
-    turn = end @ start.T
-    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    return turned_rotation(start, s * turn_of(end @ start.T))
+
+
+def turn_of(rotation: DoubleArray) -> DoubleArray:
+    """Returns the rotation vector (3,), rad, of a rotation (3, 3)."""
+    R = rotation
+    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     length = float(np.linalg.norm(axis))
-    angle_rad = math.atan2(length, float(np.trace(turn)) - 1.0)
+    angle_rad = math.atan2(length, float(np.trace(R)) - 1.0)
     if length < 1e-12:  # equal, or opposite: then no circle is shorter than another
         axis, length = np.array([0.0, 1.0, 0.0]), 1.0
-    return _orthonormal(_rotation(axis / length, s * angle_rad) @ start)
+    return axis / length * angle_rad
+
+
+def turned_rotation(rotation: DoubleArray, by: DoubleArray) -> DoubleArray:
+    """Returns a rotation (3, 3) turned by a rotation vector (3,), rad."""
+    angle_rad = float(np.linalg.norm(by))
+    axis = by / angle_rad if angle_rad > 0.0 else np.array([0.0, 1.0, 0.0])
+    return _orthonormal(_rotation(axis, angle_rad) @ rotation)
 
 
 def total_magnification(camera: Camera, home: Camera, focus: DoubleArray) -> float:

@@ -19,6 +19,7 @@ MIN_SIDE_PX = 16
 LONG_SIDE_PX = 1088  # of the working image; the paper's
 CUTOUT_PX = 1024  # long side of a picture that is put into another
 SIDE_MULTIPLE_PX = 8  # so that a x8 crop has whole pixels
+FINER_MIN, FINER_MAX = 1.2, 4  # times the working image's size; 4 is 12 megapixels, what a phone takes
 FORMATS = "PNG, JPEG or WebP"
 
 
@@ -98,6 +99,27 @@ def fit_photo(image: ByteArray, long_side_px: int = LONG_SIDE_PX) -> ByteArray:
         return image
     mode = cv2.INTER_AREA if ratio < 1 else cv2.INTER_CUBIC
     return np.ascontiguousarray(cv2.resize(image, size, interpolation=mode), np.uint8)
+
+
+def finer_photo(photo: ByteArray, image: ByteArray) -> ByteArray | None:
+    """Returns what a photo knows beyond its working image, for the first zooms; None if next to nothing.
+
+    Args:
+        photo: (H, W, 3) uint8 as it was read.
+        image: (h, w, 3) uint8, the same fitted to the working size.
+
+    Returns:
+        (H', W', 3) uint8, at most `FINER_MAX` times as large as the image each way.
+    """
+    import cv2
+
+    finer = max(photo.shape[:2]) / max(image.shape[:2])
+    if finer < FINER_MIN:
+        return None
+    if finer <= FINER_MAX:
+        return photo
+    size = (FINER_MAX * image.shape[1], FINER_MAX * image.shape[0])
+    return np.ascontiguousarray(cv2.resize(photo, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def encode_png(image: ByteArray) -> bytes:

@@ -29,6 +29,8 @@ from wzviewer.core.opacity import Cover, Modulation, ramp_start, stored_coverage
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import ByteArray, DoubleArray, FloatArray
 
+PHOTO = "photo"  # map of E_0: (H, W, 3) uint8, the same picture with more pixels
+
 
 @dataclass(frozen=True)
 class StageRecord:
@@ -53,7 +55,8 @@ class Level:
         prompt: U_i, perhaps empty.
         seed: of the generators.
         stages: provenance by stage name.
-        maps: further images aligned with ``image`` (uint8 or float32), such as material labels.
+        maps: further images aligned with ``image`` (uint8 or float32), such as material labels;
+            E_0 has `PHOTO` where the photograph is finer than its working image.
         notes: JSON-able facts of the synthesizer, such as the placements of inserted objects.
     """
 

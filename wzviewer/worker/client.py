@@ -16,7 +16,7 @@ from wzviewer.core import messages as m
 from wzviewer.core.assembly import LevelAssembly, replay_arrays
 from wzviewer.core.camera import Camera
 from wzviewer.core.records import camera_to_json, header_of
-from wzviewer.core.scene import Level, Scene
+from wzviewer.core.scene import PHOTO, Level, Scene
 from wzviewer.core.types import ByteArray
 from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.transport import Arrays, Channel, TransportError, make_memory
@@ -138,11 +138,18 @@ class WorkerClient:
         self._known = set()
         self._levels = list(scene)
 
-    def reconstruct(self, image: ByteArray, seed: int = 0) -> int:
-        """Asks for E_0 from a photo (h, w, 3) uint8; forgets all levels; returns the request id."""
+    def reconstruct(self, image: ByteArray, seed: int = 0, photo: ByteArray | None = None) -> int:
+        """Asks for E_0 from a photo; forgets all levels; returns the request id.
+
+        Args:
+            image: (h, w, 3) uint8, the photo in its working size.
+            seed: of the generators.
+            photo: (H, W, 3) uint8, the same with more pixels, if it has any; see `photos.finer_photo`.
+        """
         self.load(Scene())
         request_id = self._begin()
-        self._send(m.ReconstructScene(request_id, seed), {"image": image})
+        arrays = {"image": image} if photo is None else {"image": image, PHOTO: photo}
+        self._send(m.ReconstructScene(request_id, seed), arrays)
         return request_id
 
     def synthesize(

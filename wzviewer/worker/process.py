@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from wzviewer.core import messages as m
 from wzviewer.core.assembly import CHUNK_SURFELS, MAP_PREFIX, level_of, surfel_arrays
 from wzviewer.core.records import camera_from_json, header_of
-from wzviewer.core.scene import Level
+from wzviewer.core.scene import PHOTO, Level
 from wzviewer.errors import Cancelled, InputError
 from wzviewer.worker.transport import Arrays, Channel, Delivery, TransportError
 
@@ -110,7 +110,8 @@ class Worker:
         report = StreamReport(self._channel, message.request_id, self._check(message.request_id))
         if isinstance(message, m.ReconstructScene):
             self._levels.clear()
-            return reconstruct_scene(np.asarray(arrays["image"]), message.seed, self._models, report)
+            image, photo = np.asarray(arrays["image"]), arrays.get(PHOTO)
+            return reconstruct_scene(image, message.seed, self._models, report, photo)
         camera = camera_from_json(message.camera)
         path = self._path(message.parent)
         request = (message.index, camera, message.prompt, message.seed)

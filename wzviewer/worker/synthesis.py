@@ -17,6 +17,7 @@ from wzviewer.core.scene import Level, StageRecord
 from wzviewer.core.types import ByteArray
 from wzviewer.worker.levels import as_level, preview_level
 from wzviewer.worker.models.base import Synthesizer
+from wzviewer.worker.photograph import sharpened, with_photo
 from wzviewer.worker.stages.stage0_initial_scene import flat_scene, read_scene
 from wzviewer.worker.stages.stage1_new_scale_image import edit_image, observe, preview_image, upscale_image
 from wzviewer.worker.steps import complete_scene, optimize_level, register_depth
@@ -37,7 +38,9 @@ class Report(Protocol):
         """A complete revision of the level can be shown."""
 
 
-def reconstruct_scene(image: ByteArray, seed: int, models: Synthesizer, report: Report) -> Level:
+def reconstruct_scene(
+    image: ByteArray, seed: int, models: Synthesizer, report: Report, photo: ByteArray | None = None
+) -> Level:
     """E_0 from a photo (line 1).
 
     Args:
@@ -45,6 +48,7 @@ def reconstruct_scene(image: ByteArray, seed: int, models: Synthesizer, report: 
         seed: of every generator.
         models: the backends.
         report: told about stages and revisions.
+        photo: (H, W, 3) uint8, I_0 with more pixels, if there are any; kept for the first zooms.
 
     Returns:
         The finished level 0.
@@ -63,7 +67,7 @@ def reconstruct_scene(image: ByteArray, seed: int, models: Synthesizer, report: 
         draft = complete_scene(draft, models, seed, report.check, outside=True)
     with clock.stage(5, "optimisation"):
         surfels = optimize_level(draft, report.check)
-    return _finish(as_level(draft, 0, None, "", seed, surfels), clock, models, report)
+    return _finish(with_photo(as_level(draft, 0, None, "", seed, surfels), photo), clock, models, report)
 
 
 def synthesize_level(
@@ -100,7 +104,9 @@ def synthesize_level(
     parent = path[-1].index
 
     with clock.stage(1, "new scale image"):
-        seen = observe(path, camera, seed, report.check)  # lines 11, 12 and 20: O, S and the target depth
+        seen = sharpened(
+            observe(path, camera, seed, report.check)
+        )  # lines 11, 12 and 20: O, S and the target depth
         report.level(preview_level(preview_image(seen, models, seed), index, parent, prompt, seed))
         upscaled = upscale_image(seen, models, seed, report.check)  # lines 13, 14
         draft = edit_image(upscaled, edit, models, seed, report.check)  # lines 15-19

@@ -34,6 +34,18 @@ class OpenDemo(Command):
 
 
 @dataclass(frozen=True)
+class RemoveRecent(Command):
+    """Take a file off the list of recent ones."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class ClearRecents(Command):
+    """Empty the list of recent files."""
+
+
+@dataclass(frozen=True)
 class AskOpen(Command):
     """Show the open dialog."""
 

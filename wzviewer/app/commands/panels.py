@@ -29,6 +29,52 @@ class ChangeSettings(Command):
 
 
 @dataclass(frozen=True)
+class DismissHint(Command):
+    """Take the hint on the first photo away for good."""
+
+
+@dataclass(frozen=True)
+class OpenPalette(Command):
+    """Show every command by its name."""
+
+
+@dataclass(frozen=True)
+class ClosePalette(Command):
+    """Hide them again."""
+
+
+@dataclass(frozen=True)
+class EditPalette(Command):
+    """The line of the palette holds another text."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class MarkEntry(Command):
+    """Mark the next or the previous entry of the palette."""
+
+    step: int
+
+
+@dataclass(frozen=True)
+class ToggleLog(Command):
+    """Show or hide the log window."""
+
+
+@dataclass(frozen=True)
+class SetLogLevel(Command):
+    """Show messages of the log from a level on."""
+
+    level: int
+
+
+@dataclass(frozen=True)
+class CopyLog(Command):
+    """Put the messages that the log shows on the clipboard."""
+
+
+@dataclass(frozen=True)
 class EditPath(Command):
     """The path line of the text dialog holds another text."""
 

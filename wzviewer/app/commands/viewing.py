@@ -49,6 +49,15 @@ class Fly(Command):
 
 
 @dataclass(frozen=True)
+class Turn(Command):
+    """Hold keys that look around for a frame of ``dt_s`` seconds; each step in about [-1, 1]."""
+
+    right: float
+    down: float
+    dt_s: float
+
+
+@dataclass(frozen=True)
 class ZoomTo(Command):
     """Fly to a pixel and closer (double click)."""
 
@@ -76,6 +85,11 @@ class GoToLevel(Command):
     """Fly to the camera of a level."""
 
     index: int
+
+
+@dataclass(frozen=True)
+class GoToNearest(Command):
+    """Fly to the camera of the level that one is in."""
 
 
 @dataclass(frozen=True)

@@ -128,7 +128,7 @@ def _steps(state: AppState, ui: Ui) -> list[cmd.Command]:
                 commands.append(command)
             imgui.pop_style_var()
             imgui.end_disabled()
-            tooltip(f"{what}   {label_of(type(command))}")
+            tooltip(f"{what}   {label_of(type(command), state.settings.keymap)}")
             imgui.same_line(0.0, ui.pt(2))
     return commands
 

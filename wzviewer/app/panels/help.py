@@ -4,15 +4,18 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
-from wzviewer.app.keys import BINDINGS, Binding
+from wzviewer.app.keys import LETTERS, Binding, keymap_of
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, face, plate, shade
+from wzviewer.app.settings import KeymapName
 from wzviewer.app.state import AppState
 
-SIZE_PT = (800.0, 600.0)
+WIDTH_PT = 800.0
+TITLES = {"wzviewer": "Keys and gestures", "authors": "Keys of the authors' release, and gestures"}
 COLUMNS = (("Look", "Make"), ("File", "Panels"))
 KEY_PT = 150.0  # width of the keys, before what they do
-ROW_PT, HEAD_PT = 23.0, 30.0
+ROW_PT, HEAD_PT, TITLE_PT = 23.0, 30.0, 42.0
+PADDING_PT = 20.0
 
 
 def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -21,33 +24,37 @@ def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:
         return []
     window = ui.layout.window
     is_clicked = shade(ui)
-    width, height = (min(ui.pt(SIZE_PT[0]), window.width - 24), min(ui.pt(SIZE_PT[1]), window.height - 24))
+    keymap = state.settings.keymap
+    columns = [[(g, rows_of(g, keymap, ui.letters)) for g in groups] for groups in COLUMNS]
+    wanted = max(sum(HEAD_PT + ROW_PT * len(rows) for _, rows in column) for column in columns)
+    width = min(ui.pt(WIDTH_PT), window.width - 24)
+    height = min(ui.pt(wanted + TITLE_PT + 2 * PADDING_PT), window.height - 24)
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
-    imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(28), ui.pt(24)))
+    imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(28), ui.pt(PADDING_PT)))
     with plate("help", rect, alpha=0.97, scrolls=True, is_front=True):
         is_clicked |= imgui.is_window_hovered() and imgui.is_mouse_clicked(0)
         with face(ui.fonts.bold, theme.HEAD_PT):
-            imgui.text_unformatted("Keys and gestures")
+            imgui.text_unformatted(TITLES[keymap])
         left, top = imgui.get_cursor_pos_x(), imgui.get_cursor_pos_y() + ui.pt(8)
         part = (imgui.get_content_region_avail().x + ui.pt(16)) / len(COLUMNS)
-        for number, groups in enumerate(COLUMNS):
-            _column(ui, groups, left + number * part, top, part - ui.pt(16))
+        for number, column in enumerate(columns):
+            _column(ui, column, left + number * part, top, part - ui.pt(16))
     imgui.pop_style_var()
     return [cmd.Toggle("help")] if is_clicked else []
 
 
-def rows_of(group: str) -> list[Binding]:
+def rows_of(group: str, keymap: KeymapName = "wzviewer", letters: str = LETTERS) -> list[Binding]:
     """Returns the keys of a group, in the order of the table."""
-    return [binding for binding in BINDINGS if binding.group == group]
+    return [binding for binding in keymap_of(keymap, letters).bindings if binding.group == group]
 
 
-def _column(ui: Ui, groups: tuple[str, ...], left: float, y: float, width: float) -> None:
-    for group in groups:
+def _column(ui: Ui, groups: list[tuple[str, list[Binding]]], left: float, y: float, width: float) -> None:
+    for group, rows in groups:
         imgui.set_cursor_pos((left, y + ui.pt(8)))
         with face(ui.fonts.bold, theme.SMALL_PT), colored(ui.colors.accent):
             imgui.text_unformatted(group.upper())
         y += ui.pt(HEAD_PT)
-        for binding in rows_of(group):
+        for binding in rows:
             imgui.set_cursor_pos((left, y))
             imgui.text_unformatted(binding.label)
             imgui.set_cursor_pos((left + min(ui.pt(KEY_PT), 0.45 * width), y))

@@ -39,7 +39,7 @@ def draw_keep(state: AppState, ui: Ui) -> list[cmd.Command]:
         imgui.push_style_var(imgui.StyleVar_.button_text_align.value, (0.0, 0.5))
         for icon, name, command, is_possible in rows:
             imgui.begin_disabled(not is_possible)
-            key = label_of(type(command))
+            key = label_of(type(command), state.settings.keymap)
             if imgui.button(f"{icon}   {name}{'   ' + key if key else ''}", (-1.0, ui.pt(34))):
                 commands.append(command)
             imgui.end_disabled()

@@ -9,10 +9,13 @@ from wzviewer.app.panels.breadcrumb import draw_breadcrumb
 from wzviewer.app.panels.dialogs import draw_dialogs
 from wzviewer.app.panels.frame import draw_frame
 from wzviewer.app.panels.help import draw_help
+from wzviewer.app.panels.hint import draw_hint
 from wzviewer.app.panels.history import draw_history
 from wzviewer.app.panels.keep import draw_film, draw_keep
 from wzviewer.app.panels.locator import draw_locator
+from wzviewer.app.panels.log import draw_log
 from wzviewer.app.panels.look import draw_look
+from wzviewer.app.panels.palette import draw_palette
 from wzviewer.app.panels.prompt import draw_prompt
 from wzviewer.app.panels.settings import draw_settings
 from wzviewer.app.panels.start import draw_start
@@ -44,7 +47,9 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     asked, height = draw_film(state, ui, notices)
     commands += asked + draw_toasts(state, ui, replace(notices, y=notices.y + height))
     commands += draw_keep(state, ui) + draw_settings(state, ui) + draw_history(state, ui)
-    return commands + draw_help(state, ui) + draw_dialogs(state, ui)
+    commands += draw_hint(state, ui) + draw_help(state, ui)
+    commands += draw_log(state, ui) + draw_palette(state, ui)
+    return commands + draw_dialogs(state, ui)
 
 
 def _flat_photo(state: AppState, ui: Ui) -> None:

@@ -14,6 +14,7 @@ from wzviewer.app.state import AppState
 WIDTH_PT = 300.0
 THEMES = (("Dark", "dark"), ("Light", "light"))
 SIZES = (("Small", 14.0), ("Normal", 16.0), ("Large", 18.0), ("Huge", 20.0))
+KEYMAPS = (("wzviewer", "wzviewer"), ("Authors' release", "authors"))
 RASTERIZERS = (("Auto", "auto"), ("Graphics", "shaders"), ("Processor", "kernels"))
 
 
@@ -30,6 +31,7 @@ def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
         rows: tuple[tuple[str, str, tuple[tuple[str, Any], ...]], ...] = (
             ("Panels", "theme", THEMES),
             ("Text", "font_pt", SIZES),
+            ("Keys", "keymap", KEYMAPS),
             ("Drawn by, from the next start on", "rasterizer", RASTERIZERS),
         )
         for name, key, options in rows:

@@ -6,18 +6,23 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
+from wzviewer.app.panels.recents import draw_leftover, draw_recents, extra_height
 from wzviewer.app.panels.surface import Ui, colored, face, plate, primary
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
 SIZE_PT = (520.0, 274.0)
+WIDE_PT = 660.0  # with recent files
 
 
 def draw_start(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the start page."""
     _backdrop(ui)
     window = ui.layout.window
-    width, height = (min(ui.pt(side), room) for side, room in zip(SIZE_PT, _room(window), strict=True))
+    extra, rows = extra_height(state, ui)
+    wide = WIDE_PT if rows else SIZE_PT[0]
+    sides = (ui.pt(wide), ui.pt(SIZE_PT[1]) + extra)
+    width, height = (min(side, room) for side, room in zip(sides, _room(window), strict=True))
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(32), ui.pt(28)))
     commands: list[cmd.Command] = []
@@ -28,6 +33,7 @@ def draw_start(state: AppState, ui: Ui) -> list[cmd.Command]:
             _centred("One photograph becomes a 3D world to zoom into.")
         commands += _drop_zone(ui, imgui.get_content_region_avail().x)
         commands += _links(ui)
+        commands += draw_leftover(state, ui) + draw_recents(state, ui, rows)
     imgui.pop_style_var()
     return commands
 

@@ -3,12 +3,15 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TypeVar
 
 from imgui_bundle import imgui
 
 from wzviewer.app import theme
+from wzviewer.app.keys import LETTERS
 from wzviewer.app.layout import Layout, Rect
+from wzviewer.app.logbook import LogLine
 from wzviewer.app.theme import Fonts
 from wzviewer.app.thumbnails import Thumbnail
 
@@ -34,10 +37,13 @@ class Ui:
         thumbnails: by level index.
         photo: the flat picture, before E_0 exists.
         backdrop: the picture behind the start page.
+        recents: pictures of recent files.
         statistics: lines for the statistics panel.
         frame_times_ms: of the last pictures in motion.
         target_ms: that such a picture may take.
         colors: of the panels.
+        log: messages, while their window is open.
+        letters: printed at the places of W A S D Q E.
     """
 
     layout: Layout
@@ -49,6 +55,9 @@ class Ui:
     frame_times_ms: Sequence[float] = ()
     target_ms: float = 16.7
     colors: theme.Palette = theme.DARK
+    recents: Mapping[Path, Thumbnail] = field(default_factory=dict)
+    letters: str = LETTERS
+    log: Sequence[LogLine] = ()
 
     def pt(self, points: float) -> float:
         """Points to imgui units."""

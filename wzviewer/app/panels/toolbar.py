@@ -7,6 +7,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.history import wording
 from wzviewer.app.keys import label_of
 from wzviewer.app.panels.surface import Ui, colored, plate, quiet, tooltip
+from wzviewer.app.settings import KeymapName
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -25,7 +26,7 @@ def draw_toolbar(state: AppState, ui: Ui) -> list[cmd.Command]:
             for place, button in enumerate(group):
                 if place:
                     imgui.same_line(0.0, ui.pt(2))
-                commands += _button(ui, button, is_marked=_is_marked(state, button[2]))
+                commands += _button(ui, button, _is_marked(state, button[2]), state.settings.keymap)
     imgui.pop_style_var()
     return commands
 
@@ -71,13 +72,13 @@ def _is_marked(state: AppState, command: cmd.Command) -> bool:
     return isinstance(command, cmd.ToggleAuto) and state.settings.auto_detail
 
 
-def _button(ui: Ui, button: Button, is_marked: bool) -> list[cmd.Command]:
+def _button(ui: Ui, button: Button, is_marked: bool, keymap: KeymapName) -> list[cmd.Command]:
     icon, what, command, is_enabled = button
     imgui.begin_disabled(not is_enabled)
     with colored(ui.colors.accent if is_marked else ui.colors.text):
         pressed = imgui.button(f"{icon}##{icon}", (ui.pt(BUTTON_PT[0]), ui.pt(BUTTON_PT[1])))
     imgui.end_disabled()
-    key = label_of(type(command)) if not isinstance(command, cmd.Toggle) else ""
+    key = label_of(type(command), keymap) if not isinstance(command, cmd.Toggle) else ""
     tooltip(f"{what}   {key}" if key else what)
     return [command] if pressed else []
 

@@ -48,7 +48,8 @@ class Observation:
         path: the levels from the root to E_i.
         camera: C_{i+1}.
         frame: the new level's frame, anchored at the median depth of the view.
-        image: O, (h', w', 3) float32 in [0, 1]; holes filled.
+        image: O, (h', w', 3) float32 in [0, 1]; holes filled.  Finer where the photograph is
+            (`worker.photograph`).
         relief: target depth in the *new* native pixels, (h', w') float32; nan where undefined.
         sky: (h', w') bool.
         extended_share: share of O that no level showed and that was continued.
@@ -65,7 +66,7 @@ class Observation:
     @property
     def is_extension(self) -> bool:
         """Whether the view is no closer than the parent's, so that there is no detail to add."""
-        return self.camera.width < EXTENSION_FACTOR * self.image.shape[1]
+        return self.camera.width < EXTENSION_FACTOR * self.relief.shape[1]
 
 
 def observe(path: Sequence[Level], camera: Camera, seed: int = 0, check: Check = lambda: None) -> Observation:

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import cv2
 import numpy as np
 import pytest
 
@@ -113,6 +114,62 @@ def test_a_close_up_of_unknown_origin_takes_the_material_of_its_colour():
         parent, materials=tuple("foliage" if r.green_red < -20 else "rock" for r in parent.regions)
     )
     assert set(described(green, parent).materials) == {"venation"}
+
+
+def windows(turn_deg):
+    """Dark windows on a wall, in rows as people build them, or each turned by chance."""
+    rng = np.random.default_rng(4)
+    wall = np.full((240, 320), 0.5, np.float32)
+    for y in range(12, 240, 17):
+        for x in range(12, 320, 15):
+            box = cv2.boxPoints(((x, y), (5, 9), turn_deg * rng.random())).astype(np.int32)
+            cv2.fillPoly(wall, [box], 0.15, cv2.LINE_AA)
+    wall += rng.normal(0, 0.01, wall.shape).astype(np.float32)
+    return np.repeat(wall[..., None], 3, 2)
+
+
+def test_a_wall_with_windows_is_built_and_rubble_is_not():
+    built = []
+    for turn_deg in (0.0, 180.0):
+        regions = described(windows(turn_deg)).regions
+        built.append(np.average([r.built for r in regions], weights=[r.share * r.wide for r in regions]))
+    assert built[0] > 0.6  # measured 0.69
+    assert built[1] < 0.35  # measured 0.29
+    stony = {"fine": 14, "middle": 13, "wide": 13, "coherence": 0.5}
+    assert named(**stony, built=0.42) == "plaster"
+    assert named(**stony, built=0.26) == "rock"
+
+
+def lakeside(calm=True, at_row=150):
+    """Sky, a meadow, and something blue in it."""
+    rng = np.random.default_rng(6)
+    y = np.mgrid[0:240, 0:360][0][..., None]
+    image = np.where(y < 80, [0.55, 0.7, 0.9], [0.25, 0.4, 0.12]).astype(np.float32)
+    image += (y >= 80) * rng.normal(0, 0.06, (240, 360, 1)).astype(np.float32)
+    lake = cv2.ellipse(np.zeros((240, 360), np.uint8), (180, at_row), (110, 26), 0, 0, 360, 1, -1)[..., None]
+    surface = np.array([0.1, 0.25, 0.42]) + rng.normal(0, 0.004 if calm else 0.1, (240, 360, 1))
+    return np.clip(np.where(lake, surface, image), 0, 1).astype(np.float32)
+
+
+def test_a_lake_is_water_and_the_sky_is_not():
+    context = described(lakeside())
+    names = np.array(context.materials)[context.labels]
+    assert names[150, 180] == "ripple"
+    assert names[20, 180] == "sky"
+    assert names[220, 20] == "foliage"
+    assert 0.05 < (names == "ripple").mean() < 0.12  # the ellipse has 0.104; measured 0.110
+    assert "ripple" not in described(lakeside(calm=False)).materials
+    assert (
+        "ripple" not in described(lakeside(at_row=100)).materials
+    )  # across the middle: haze, for all we know
+
+
+def test_five_levels_in_a_row_are_five_materials():
+    for start in ("foliage", "fur", "weave", "plaster", "rock", "ripple", "skin"):
+        chain = [start]
+        for _ in range(4):
+            chain.append(closer((chain[-1],))[0])
+        assert len(set(chain)) == 5, chain
 
 
 def test_cropped_labels_show_the_region():

@@ -4,7 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
-from wzviewer.worker.models.builtin.detail.amplitude import drawn_not_lettered, lawful_sigma, tone_damping
+from wzviewer.worker.models.builtin.detail.amplitude import (
+    drawn_not_lettered,
+    glossy,
+    lawful_sigma,
+    tone_damping,
+)
 from wzviewer.worker.models.builtin.detail.consistency import consistency_db, projected, psnr_db
 from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
 from wzviewer.worker.models.builtin.detail.library import TILE_PX, TileLibrary
@@ -73,6 +78,20 @@ def test_a_page_of_letters_is_told_from_texture():
     assert drawn_not_lettered(rough).mean() > 0.9
     assert drawn_not_lettered(page).mean() < 0.2
     assert lawful_sigma(page).mean() < 0.2 * lawful_sigma(rough).mean()
+
+
+def test_glitter_is_told_from_hair_and_from_light_ground():
+    rng = np.random.default_rng(2)
+    specks = np.zeros((64, 96), np.float32)
+    specks[rng.integers(2, 62, 90), rng.integers(2, 94, 90)] = 1
+    hair = np.zeros_like(specks)
+    for y in range(3, 64, 5):
+        cv2.line(hair, (0, y), (95, y + 8), 1.0, 1, cv2.LINE_AA)
+    dark, light = np.float32(25), np.float32(120)
+    specks, hair = (100 * cv2.GaussianBlur(plane, (0, 0), 0.7) for plane in (specks * 3, hair))
+    assert glossy(dark + specks).mean() > 0.8  # measured 1.0
+    assert glossy(dark + hair).mean() < 0.2  # measured 0.0
+    assert glossy(light + specks).max() == 0
 
 
 def test_tone_damping_spares_black_and_white():

@@ -7,6 +7,7 @@ import numpy as np
 
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.measures import (
+    blurred,
     dense_rms,
     first_band,
     luma,
@@ -17,6 +18,7 @@ from wzviewer.worker.models.builtin.detail.measures import (
 MAX_REGIONS = 10
 GRID_PX = 2  # regions are drawn on a grid this coarse
 WINDOW_PX = 6.0
+LEAST_CONTOUR = 3.0  # grey levels per px; weaker ones are texture and noise
 FULL_SIDE_PX = 900  # pictures with shorter sides are read through a smaller window
 
 
@@ -35,6 +37,9 @@ class Region:
         coherence: mean, 0 (no direction) to 1.
         centre_y: mean row as a fraction of the height, 0 at the top.
         at_top: part of the picture's top row that is of this region.
+        built: part of its contours that run along two axes at right angles: .22 to .30 in what grew or broke,
+            .36 and more in what people built.
+        calm: tenth percentile of `fine`: the camera's noise, where there is nothing else.
     """
 
     share: float
@@ -47,6 +52,8 @@ class Region:
     coherence: float
     centre_y: float
     at_top: float
+    built: float = 0.0
+    calm: float = 0.25
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,7 @@ class _Maps:
     lab: FloatArray  # (h, w, 3)
     energy: FloatArray  # (h, w, 3): fine, middle, wide
     coherence: FloatArray  # (h, w)
+    contours: FloatArray  # (h, w, 2): direction in degrees modulo 90, and strength
 
 
 def regions_of(image: FloatArray) -> tuple[ByteArray, tuple[Region, ...]]:
@@ -97,7 +105,24 @@ def _measured(image: FloatArray) -> _Maps:
     small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     lab = cv2.cvtColor(np.clip(small, 0, 1), cv2.COLOR_RGB2LAB)
     coherence = cv2.resize(coherence, size, interpolation=cv2.INTER_LINEAR)
-    return _Maps(lab, np.stack(energy, 2), coherence)
+    return _Maps(lab, np.stack(energy, 2), coherence, _contours(grey, size))
+
+
+def _contours(grey: FloatArray, size: tuple[int, int]) -> FloatArray:
+    smooth = blurred(grey, 0.7)
+    x, y = (cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3, scale=0.125) for order in ((1, 0), (0, 1)))
+    strength, angle = cv2.cartToPolar(x, y, angleInDegrees=True)
+    strength *= strength > LEAST_CONTOUR
+    pair = np.stack([np.mod(angle, 90), strength], 2)
+    return cv2.resize(pair, size, interpolation=cv2.INTER_NEAREST)
+
+
+def _built(contours: FloatArray) -> float:
+    """The best share of contour strength (n, 2) within about 10 degrees of two axes at right angles."""
+    counts, _ = np.histogram(contours[:, 0], 18, (0, 90), weights=contours[:, 1])
+    kernel = ((0, 1.0), (1, 1.0), (-1, 1.0), (2, 0.5), (-2, 0.5))
+    near = sum(weight * np.roll(counts, step) for step, weight in kernel)
+    return float(np.max(near) / (counts.sum() + 1e-6))
 
 
 def _window_px(width: int, height: int) -> float:
@@ -169,4 +194,6 @@ def _region(maps: _Maps, mask: np.ndarray) -> Region:
         coherence=float(maps.coherence[mask].mean()),
         centre_y=float(rows.mean() / mask.shape[0]),
         at_top=float(mask[0].mean()),
+        built=_built(maps.contours[mask]),
+        calm=float(np.percentile(maps.energy[mask, 0], 10)),
     )

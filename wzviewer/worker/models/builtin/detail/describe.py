@@ -12,7 +12,10 @@ import numpy as np
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
+from wzviewer.worker.models.builtin.detail.waters import with_waters
 
+BUILT_SHARE = 0.35
+"""From this share of contours along two axes on it is walls, roofs and windows, no stone that broke."""
 OBJECTS_SPREAD = 2.5
 """Above this ratio of the octaves it is objects that make the contrast, no texture: glass, metal, spokes."""
 
@@ -47,6 +50,7 @@ def described(image: FloatArray, parent: Context | None = None) -> Context:
     labels, regions = regions_of(image)
     if parent is None:
         names, level = classified(regions), 0
+        labels, regions, names = with_waters(image, labels, regions, names)
     else:
         names, level = tuple(_heir(region, parent) for region in regions), parent.level + 1
     return Context(labels, names, regions, words_for(regions, names), level)
@@ -160,7 +164,7 @@ def _rough_material(region: Region, chroma: float, hue: float) -> str:
 def _grey_material(region: Region, rough: float, spread: float) -> str:
     if region.lightness < 30 and region.green_red < -2.5:
         return "foliage" if rough > 4 else "plaster"
-    stony = rough > 10 and region.lightness < 66  # bright and grey: a building
+    stony = rough > 10 and region.lightness < 66 and region.built < BUILT_SHARE  # else a building
     return "rock" if stony and spread < OBJECTS_SPREAD else "plaster"
 
 
@@ -169,7 +173,7 @@ def _brown_material(region: Region, chroma: float, rough: float, spread: float) 
         return "cell"  # a flower's disc, fruit: alive
     if region.coherence > 0.58:  # a grain, or the straight edges of something built
         return "fibre" if chroma > 17 and spread < 2.3 else "plaster"
-    if spread > OBJECTS_SPREAD:
+    if spread > OBJECTS_SPREAD or (rough > 12 and region.built > BUILT_SHARE):
         return "plaster"
     if rough > 17:
         return "sand" if region.coherence < 0.5 and region.centre_y > 0.45 else "rock"

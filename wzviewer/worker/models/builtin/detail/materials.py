@@ -2,10 +2,17 @@
 
 ::
 
-    foliage ──► venation ──► cell ◄──► granule        fur ─┐
-                                                     bark ─┼─► fibre ↺
-    sand ──► rock ◄──► granite    skin ──► cell     straw ─┘
-    smooth ──► glaze ↺    plaster ↺    ripple ↺    sky ↺    weave ──► fibre
+    foliage ──► venation ─┐             fur, bark, straw, weave
+             skin, scales ┴─► cell                 │
+    ripple ──► plankton ──────┘│                   ▼
+                               ▼                 fibre ──► fibril ─┐
+                            granule ──► membrane ──► molecule ◄────┘
+                               ▲                        │
+    sand ─► rock ─┐            └──────── lattice ◄──────┘
+    plaster ──────┴─► granite ──► facet ────┘▲
+    smooth ──► glaze ↺        sky ↺          (then once more)
+
+Eight levels of x8 lead from a leaf to its atoms; who goes on finds grains again.
 """
 
 from dataclasses import dataclass
@@ -27,6 +34,7 @@ class Material:
         floor: least contrast of the new detail as a share of the luminance, at level 1.
         deep_floor: the same at level 2 and deeper; keeps long zooms from turning into mush.
         roughness_px: how far contours are displaced.
+        ceiling: no detail of it is stronger than this RMS, in grey levels.
     """
 
     name: str
@@ -36,6 +44,7 @@ class Material:
     floor: float
     deep_floor: float
     roughness_px: float
+    ceiling: float
 
 
 def _material(
@@ -46,6 +55,7 @@ def _material(
     floor: float = 0.012,
     deep_floor: float = 0.022,
     roughness_px: float = 0.5,
+    ceiling: float = 15.0,
 ) -> Material:
     return Material(
         name=name,
@@ -55,6 +65,7 @@ def _material(
         floor=floor,
         deep_floor=deep_floor,
         roughness_px=roughness_px,
+        ceiling=ceiling,
     )
 
 
@@ -64,21 +75,28 @@ MATERIALS: dict[str, Material] = {
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
         _material("glaze", "glazed surface", "glaze", 0.5, 0.004, 0.006, 0),
         _material("sky", "smooth sky", "sky", 0.15, 0.002, 0.002, 0),
-        _material("foliage", "leaves", "venation", 1.9, 0.012, 0.05, 1.4),
+        _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3),
         _material("cell", "cells", "granule", 0.75, 0.012, 0.07, 0.3),
-        _material("granule", "grains of a cell", "cell", 0.9, 0.012, 0.07, 0.36),
-        _material("fibre", "fibres", "fibre", 1.0, 0.012, 0.07, 0.48),
+        _material("granule", "grains of a cell", "membrane", 0.9, 0.012, 0.07, 0.36),
+        _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.07, 0.48),
         _material("fur", "fur", "fibre", 0.9, 0.014, 0.05, 0.6),
         _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
         _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
         _material("brushed", "brushed metal", "brushed", 0.6, 0.008, 0.018, 0.12),
         _material("rock", "rock", "granite", 1.2, 0.016, 0.07, 1.2),
-        _material("granite", "crystals", "rock", 1.0, 0.014, 0.07, 0.84),
+        _material("granite", "crystals", "facet", 1.0, 0.014, 0.07, 0.84),
         _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),
         _material("skin", "skin or leather", "cell", 0.8, 0.008, 0.03, 0.24),
-        _material("plaster", "painted wall", "plaster", 0.6, 0.006, 0.026, 0.1),
-        _material("ripple", "water", "ripple", 0.8, 0.008, 0.014, 0.3),
+        _material("plaster", "painted wall", "grit", 0.6, 0.006, 0.026, 0.1),
+        _material("ripple", "water", "plankton", 0.8, 0.008, 0.014, 0.3),
+        _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.03, 0.2),
+        _material("plankton", "what lives in water", "cell", 0.8, 0.012, 0.06, 0.3),
+        _material("fibril", "strands of a fibre", "molecule", 0.9, 0.012, 0.07, 0.3),
+        _material("membrane", "folded membranes", "molecule", 0.9, 0.012, 0.07, 0.3),
+        _material("molecule", "great molecules", "lattice", 0.9, 0.012, 0.07, 0.2),
+        _material("lattice", "atoms in rows", "granule", 0.9, 0.012, 0.07, 0.1),
+        _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, 0.07, 0.3),
         _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24),
         _material("scales", "scales", "cell", 0.9, 0.016, 0.05, 0.3),
     )

@@ -84,14 +84,15 @@ def ridged(
     total, weight = np.zeros((n, n), np.float32), np.ones((n, n), np.float32)
     for octave in range(octaves):
         cells = base_cells * 2**octave
-        layer = _band(n, cells, rng, stretch)
+        layer = banded(n, cells, rng, stretch)
         crest = (1 - np.minimum(np.abs(layer) * 0.8, 1)) ** 2
         total += crest * weight * 0.6**octave
         weight = np.clip(crest * 1.6, 0, 1)
     return normalized(total)
 
 
-def _band(n: int, cells: float, rng: np.random.Generator, stretch: float) -> FloatArray:
+def banded(n: int, cells: float, rng: np.random.Generator, stretch: float = 1.0) -> FloatArray:
+    """Returns noise of one size: about ``cells`` waves per tile."""
     noise = fractal(n, 0.0, rng)
     radius_x = np.fft.rfftfreq(n, 1 / n).astype(np.float32)[None] / stretch
     radius_y = np.fft.fftfreq(n, 1 / n).astype(np.float32)[:, None]

@@ -9,7 +9,7 @@ import numpy as np
 
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.errors import WorkerError
-from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, regional_sigma, sigma_map
+from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, glossy, regional_sigma, sigma_map
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
     consistency_db,
@@ -17,6 +17,7 @@ from wzviewer.worker.models.builtin.detail.consistency import (
 )
 from wzviewer.worker.models.builtin.detail.crisp import BaseUpscaler, NetworkBase
 from wzviewer.worker.models.builtin.detail.describe import Context, cropped_labels, described, inherited
+from wzviewer.worker.models.builtin.detail.flow import GRAINS
 from wzviewer.worker.models.builtin.detail.library import TileLibrary
 from wzviewer.worker.models.builtin.detail.materials import material_of_words, per_label
 from wzviewer.worker.models.builtin.detail.measures import (
@@ -33,10 +34,13 @@ from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painte
 Fractions = tuple[float, float, float, float]
 """``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
 
-HUE_DRIFT = np.array([0.3, -0.08, -0.25], np.float32)
-"""Direction in RGB in which material varies beside its luminance, warm to cool, hardly any luma in it."""
-LEAST_GRAIN_RMS, MOST_GRAIN_RMS = 0.5, 1.0
-"""In grey levels, at level 1 only; photographs at 2K measure 0.5 to 1.7 in their skies."""
+HUES = np.array([[0.3, -0.08, -0.25], [-0.22, 0.2, -0.45], [0.35, -0.2, 0.11]], np.float32)
+"""Directions in RGB in which material varies beside its luminance, level by level: warm to cool, green to
+violet, pink to green; there is hardly any luma in them."""
+DEEP_HUE_GAIN = 1.6  # of what is invented wholly: a photograph's own colours would show the difference
+LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
+"""In grey levels, at level 1 only; photographs at 2K measure 0.4 to 2.0 in their skies, about twice of what
+is left of it at the working size (0.26 to 0.83)."""
 
 
 @dataclass(frozen=True)
@@ -232,7 +236,8 @@ class DetailSynthesizer:
         job.check()
         base = roughened(base, texture, _roughness(job, place))
         detail = texture * self._sigma(job, place)
-        image = with_detail(base, detail, job.observation)
+        hue = HUES[(job.level - 1) % len(HUES)] * np.float32(1.0 if job.level <= 1 else DEEP_HUE_GAIN)
+        image = with_detail(base, detail, job.observation, hue)
         if job.grain_rms:
             image += film_grain(texture.shape, job.grain_rms, job.seeds)[..., None]
         job.check()
@@ -246,13 +251,17 @@ class DetailSynthesizer:
         if job.prompted:
             floors = np.maximum(floors, np.float32(PROMPTED_FLOOR))
         floor = area_down(_spread(place, floors), width, height)
-        gain = area_down(_spread(place, per_label(job.names, "gain")), width, height)
+        tables = [per_label(job.names, name) for name in ("gain", "ceiling")]
+        gain, ceiling = (area_down(_spread(place, table), width, height) for table in tables)
         plane, truthful = luma(job.observation), job.level <= 1 and not job.prompted
         sharp_gain = _spread(place, per_label(job.names, "gain")) / np.maximum(
             stretched(gain, *job.work_size), 1e-3
         )
         regional = area_down(_spread(place, job.regional_sigma), width, height)
-        sigma = sigma_map(plane, gain, floor, regional, truthful)
+        sigma = sigma_map(plane, gain, floor, ceiling, regional, truthful)
+        if truthful:  # no strands over an eye or a nose
+            strands = np.array([name in GRAINS for name in job.names], np.float32)
+            sigma *= 1 - area_down(_spread(place, strands), width, height) * glossy(plane)
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
 
@@ -274,16 +283,24 @@ def doublings_for(factor: float) -> int:
     return max(1, math.ceil(math.log2(max(factor, 1.0) / 1.2)))
 
 
-def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray) -> FloatArray:
+def with_detail(
+    base: FloatArray, detail: FloatArray, observation: FloatArray, hue_per_level: FloatArray
+) -> FloatArray:
     """Returns base plus detail, in grey levels: half as light, half as paint, a little as hue.
 
     The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
     detail is taken out of it again.
+
+    Args:
+        base: ``(H, W, 3)`` in grey levels.
+        detail: ``(H, W)`` in grey levels.
+        observation: ``(h, w, 3)`` in grey levels.
+        hue_per_level: ``(3,)`` of the light that a grey level of detail shifts the colour by.
     """
     unseen = _unseen(detail, observation)
     hue = _unseen(np.roll(blurred(detail, 1.2), (113, 71), (0, 1)), observation)
     light = 0.5 * unseen / np.maximum(luma(base), 24)
-    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * HUE_DRIFT
+    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * hue_per_level
 
 
 def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
@@ -292,9 +309,9 @@ def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
 
 
 def grain_rms(context: Context) -> float:
-    """Returns the noise of the photograph in its calmest region, in grey levels; the new one has it too."""
-    calmest = min((region.fine for region in context.regions if region.share > 0.03), default=0.0)
-    return min(max(calmest, LEAST_GRAIN_RMS), MOST_GRAIN_RMS)
+    """Returns the noise of the photograph in grey levels, from its calmest region; the new one has it too."""
+    calmest = min((region.calm for region in context.regions if region.share > 0.03), default=0.0)
+    return min(max(GRAIN_GAIN * calmest, LEAST_GRAIN_RMS), MOST_GRAIN_RMS)
 
 
 def film_grain(shape: tuple[int, ...], rms: float, seeds: tuple[int, ...]) -> FloatArray:

@@ -1,5 +1,6 @@
 """The texture of every material in the picture, put together along the picture's own contours."""
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -17,6 +18,9 @@ SMOOTH_TILE = "plaster"
 TURNABLE = frozenset(
     {"foliage", "cell", "granite", "weave"}
 )  # unlit tiles: a quarter turn does not move the light
+
+
+TILTED, TILT_DEG = frozenset({"lattice"}), 24.0  # rows that ran along the picture's would look like a screen
 
 
 @dataclass(frozen=True)
@@ -108,11 +112,18 @@ def tile_texture(
         4.0
     )  # more would stretch cells to hairs
     y, x = np.mgrid[0:height, 0:width].astype(np.float32) * np.float32(stride)
+    if name in TILTED:
+        x, y = _tilted(x, y, math.radians(rng.uniform(-TILT_DEG, TILT_DEG)))
     bend_x, bend_y = (cv2.resize(plane, (width, height), interpolation=cv2.INTER_CUBIC) for plane in bend)
     map_x = np.mod(x + bend_x + np.float32(offset_x), TILE_PX)
     map_y = np.mod(y + bend_y + np.float32(offset_y), TILE_PX)
     floats = np.ascontiguousarray(source).astype(np.float32) * np.float32(1 / INT8_PER_DEVIATION)
     return cv2.remap(floats, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+
+
+def _tilted(x: FloatArray, y: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
+    c, s = np.float32(math.cos(angle)), np.float32(math.sin(angle))
+    return c * x - s * y, s * x + c * y
 
 
 OCTAVES = (0.52, 0.56, 0.6)

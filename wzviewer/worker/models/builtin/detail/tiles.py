@@ -12,6 +12,7 @@ import numpy as np
 
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.detail.noise import (
+    banded,
     cellular,
     fractal,
     normalized,
@@ -176,6 +177,64 @@ def scales(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(warped(periodic_blur(canvas, 0.8), 2.5, rng) + 0.1 * fractal(n, 0.6, rng, lowest=30))
 
 
+def membrane(n: int, rng: np.random.Generator) -> FloatArray:
+    """Folded membranes: a labyrinth of ridges, as inside a cell or on a brain."""
+    wave = banded(n, n / 13, rng)
+    height = np.tanh(1.6 * warped(wave, 1.5, rng)).astype(np.float32)
+    return normalized(0.7 * height + 0.9 * shaded(2.2 * height) + 0.15 * fractal(n, 0.9, rng, lowest=40))
+
+
+def molecule(n: int, rng: np.random.Generator) -> FloatArray:
+    """Great molecules: clusters of packed balls, each lit, of two kinds."""
+    first, _, index = cellular(n, n // 10, rng)
+    kinds = rng.random(index.max() + 1).astype(np.float32)
+    dome = np.sqrt(np.clip(1 - np.square(first / (4.2 + 2.2 * kinds[index])), 0, 1)).astype(np.float32)
+    clump = np.clip(0.7 + 0.5 * fractal(n, 1.4, rng, lowest=8), 0, 1.4).astype(np.float32)
+    tone = np.where(kinds > 0.6, 0.7, -0.3).astype(np.float32)[index]
+    lit = dome * (0.8 + tone) + 1.1 * shaded(3.0 * periodic_blur(dome, 0.6))
+    return normalized(periodic_blur(lit * clump, 0.5))
+
+
+def lattice(n: int, rng: np.random.Generator) -> FloatArray:
+    """Atoms in rows, grain against grain, with gaps: what a crystal is in the end."""
+    rows = columns = n // 12  # even, so that the rows that are shifted meet at the border
+    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
+    bend_x, bend_y = (2.5 * fractal(n, 2.0, rng, lowest=2) for _ in range(2))
+    u, v = (x + bend_x) / 12, (y + bend_y) / 12
+    row = np.floor(v)
+    u = u + 0.5 * np.mod(row, 2)
+    column = np.floor(u)
+    radius = np.hypot(u - column - 0.5, v - row - 0.5)
+    dome = np.sqrt(np.clip(1 - np.square(radius / 0.52), 0, 1)).astype(np.float32)
+    table = rng.normal(0, 0.25, (rows, columns)).astype(np.float32) - (rng.random((rows, columns)) < 0.03)
+    tone = table[np.mod(row, rows).astype(int), np.mod(column, columns).astype(int)]
+    return normalized(dome * (1 + tone) + 0.9 * shaded(3.5 * periodic_blur(dome, 0.7)))
+
+
+def facet(n: int, rng: np.random.Generator) -> FloatArray:
+    """Cleaved crystal: terraces with sharp steps, each plane with its own tone."""
+    total = np.zeros((n, n), np.float32)
+    for cells, weight in ((n // 30, 1.0), (n // 15, 0.7), (n // 8, 0.4)):
+        first, second, index = cellular(n, cells, rng, stretch=1.8)
+        tilt = rng.normal(0, 1, index.max() + 1).astype(np.float32)[index]
+        step = np.exp(-np.square((second - first) / 1.2))
+        terraces = np.floor((first + 3 * tilt) / 4)
+        total += weight * (0.7 * tilt - 0.8 * step + 0.35 * (terraces % 2)).astype(np.float32)
+    return normalized(periodic_blur(warped(total, 0.7, rng, slope=1.2), 0.6))
+
+
+def plankton(n: int, rng: np.random.Generator) -> FloatArray:
+    """Water very near: pale discs and rings adrift, and the light on it."""
+    total = 0.35 * fractal(n, 1.4, rng, lowest=10)
+    for cells, radius in ((n // 30, 9.0), (n // 17, 5.0), (n // 10, 2.6)):
+        first, _, index = cellular(n, cells, rng)
+        own = rng.random(index.max() + 1).astype(np.float32)
+        size = (radius * (0.6 + 0.5 * own))[index]
+        ring = np.exp(-np.square((first - size) / 1.1)) + 0.5 * (first < size) * (1 - first / size)
+        total += (own < 0.4)[index] * ring.astype(np.float32)
+    return normalized(warped(total, 1.5, rng))
+
+
 TILE_MAKERS: dict[str, TileMaker] = {
     "foliage": foliage,
     "venation": venation,
@@ -184,9 +243,15 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "granite": granite,
     "rock": rock,
     "sand": sand,
+    "grit": sand,
     "skin": skin,
     "plaster": plaster,
     "ripple": ripple,
     "weave": weave,
     "scales": scales,
+    "membrane": membrane,
+    "molecule": molecule,
+    "lattice": lattice,
+    "facet": facet,
+    "plankton": plankton,
 }

@@ -1,0 +1,67 @@
+"""Over the picture, once: the three things that can be done with it."""
+
+from imgui_bundle import icons_fontawesome_6 as icons
+from imgui_bundle import imgui
+
+from wzviewer.app import commands as cmd
+from wzviewer.app import theme
+from wzviewer.app.hint import is_shown
+from wzviewer.app.keys import label_of
+from wzviewer.app.layout import Rect
+from wzviewer.app.panels.surface import Ui, colored, face, plate, quiet, tooltip
+from wzviewer.app.state import AppState
+
+SIZE_PT = (330.0, 104.0)
+ICON_PT, KEY_PT, ROW_PT = 28.0, 84.0, 26.0
+CROSS_PT = 26.0
+
+
+def draw_hint(state: AppState, ui: Ui) -> list[cmd.Command]:
+    """Draws the hint, beside the tree and below the breadcrumb."""
+    if not is_shown(state) or state.panels.statistics:
+        return []
+    with plate("hint", place_of(ui), alpha=0.9):
+        corner = imgui.get_cursor_pos()
+        for number, (icon, key, what) in enumerate(_lines(state)):
+            y = corner.y + number * ui.pt(ROW_PT)
+            with colored(ui.colors.accent):
+                _at(corner.x, y, icon)
+            with face(ui.fonts.bold):
+                _at(corner.x + ui.pt(ICON_PT), y, key)
+            _at(corner.x + ui.pt(ICON_PT + KEY_PT), y, what)
+        return _cross(ui)
+
+
+def place_of(ui: Ui) -> Rect:
+    """Returns where the hint stands: in the middle, or right of the tree where that is narrower."""
+    layout = ui.layout
+    width, height = ui.pt(SIZE_PT[0]), ui.pt(SIZE_PT[1])
+    margin = layout.toolbar.x
+    room = layout.window.width - layout.tree.right - 2 * margin
+    x = max((layout.window.width - width) / 2, layout.tree.right + margin)
+    return Rect(x, layout.toolbar.bottom + margin, min(width, room), height)
+
+
+def _lines(state: AppState) -> tuple[tuple[str, str, str], ...]:
+    generate = label_of(cmd.Generate, state.settings.keymap).split(",")[0]
+    return (
+        (icons.ICON_FA_MAGNIFYING_GLASS_PLUS, "Scroll", "zoom to the cursor"),
+        (icons.ICON_FA_UP_DOWN_LEFT_RIGHT, "Drag", "look around"),
+        (icons.ICON_FA_WAND_MAGIC_SPARKLES, generate, "new detail there"),
+    )
+
+
+def _at(x: float, y: float, text: str) -> None:
+    imgui.set_cursor_pos((x, y))
+    imgui.text_unformatted(text)
+
+
+def _cross(ui: Ui) -> list[cmd.Command]:
+    size = imgui.get_window_size()
+    imgui.set_cursor_pos((size.x - ui.pt(CROSS_PT + 6), ui.pt(6)))
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (0.0, 0.0))
+    with quiet(), face(ui.fonts.regular, theme.SMALL_PT):
+        pressed = imgui.button(f"{icons.ICON_FA_XMARK}##hint", (ui.pt(CROSS_PT), ui.pt(CROSS_PT)))
+    imgui.pop_style_var()
+    tooltip("Do not show this again")
+    return [cmd.DismissHint()] if pressed else []
