@@ -222,9 +222,9 @@ def label_of(command: type[cmd.Command], keymap: KeymapName = "wzviewer") -> str
     return next((b.label for b in keymap_of(keymap).bindings if b.command is command), "")
 
 
-def label_for(command: cmd.Command) -> str:
+def label_for(command: cmd.Command, keymap: KeymapName = "wzviewer") -> str:
     """Returns the key that gives exactly this command; empty when there is none."""
-    made = ((b.label, b.command()) for b in BINDINGS if b.command is not None)
+    made = ((b.label, b.command()) for b in keymap_of(keymap).bindings if b.command is not None)
     return next((label for label, other in made if other == command), "")
 
 
