@@ -4,6 +4,7 @@ The script makes equal bytes in equal runs; a second run to show it costs 20 s a
 """
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -13,6 +14,9 @@ import numpy as np
 import pytest
 
 ASSETS = Path(__file__).parents[1] / "assets"
+
+
+README = ASSETS.parent / "README.md"
 
 
 @pytest.fixture(scope="module")
@@ -95,3 +99,12 @@ def test_script_reproduces_the_picture(script, picture, truth):
     assert apart < 22.0  # 17.5, the noise of one sample; its mirror image gives 47.0
     nearest = truth["sky"][4::8, 4::8]
     assert np.mean(sky != nearest) < 0.02  # 0.0011
+
+
+def test_the_readmes_pictures_are_there_and_light():
+    pictures = sorted((ASSETS / "readme").iterdir())
+    shown = re.findall(r"\(assets/readme/([^)]+)\)", README.read_text("utf-8"))
+    assert sorted(shown) == [path.name for path in pictures]
+    assert sum(path.stat().st_size for path in pictures) <= 1.5e6  # 0.31e6
+    for path in pictures:
+        assert cv2.imread(str(path)).shape == (800, 1280, 3)

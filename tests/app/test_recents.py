@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 
 from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
@@ -172,6 +173,17 @@ def test_a_card_opens_its_file_and_its_cross_takes_it_off(screen):
 def test_what_a_crash_left_behind_stays_at_hand(screen):
     state = replace(page(0), leftover=Leftover(Path("x"), "meadow.png", 3), panels=Panels())
     assert screen.click(state, 640, (800 + 274 + 48) / 2 - 28 - 16) == [cmd.SettleRecovery("recover")]
+
+
+def test_the_page_comes_over_a_document_and_goes(screen):
+    opened = state_with(make_scene(1), 1280, 800)
+    K = imgui.Key
+    assert screen.press(opened, K.o, K.mod_ctrl, K.mod_shift) == [cmd.Toggle("start")]
+    state = apply(fake_services(), replace(opened, recents=page().recents), [cmd.Toggle("start")])
+    x, y, _ = card(screen, state, 1)
+    assert screen.click(state, x + 30, y + 50) == [cmd.Open(Path("/photos/1.jpg"))]
+    assert screen.click(state, 40, 700) == [cmd.Toggle("start")]
+    assert not apply(fake_services(), state, [cmd.Escape()]).panels.start
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (900, 600), (480, 360)])

@@ -15,6 +15,8 @@
                             │          ├─ documents    open, save, close;  dropping;  recovery  autosave
                             │          ├─ keeping      picture, command, film
                             │          ├─ history      undo and redo of all that changes the scene
+                            │          ├─ reopening    recent files;  hint  once, on the first photo
+                            │          ├─ summoning    palette of commands, log window
                             │          └─ preferring   settings;  notices  details and retry
                             ▼
                    renderer.render(scene, camera) ──► window                                lines 6-7

@@ -73,6 +73,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
     if panels.keep or panels.settings or panels.history or panels.materials:
         closed = replace(panels, keep=False, settings=False, history=False, materials=False)
         return replace(state, panels=closed)
+    if panels.start:
+        return replace(state, panels=replace(panels, start=False))
     if panels.help:
         return replace(state, panels=replace(panels, help=False))
     if state.region.is_drawing or state.region.camera is not None:

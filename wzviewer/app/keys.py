@@ -113,6 +113,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} Shift Z", "Redo", "Make", (K.z,), cmd.Redo, ctrl=True, shift=True),
     Binding(f"{MODIFIER} Y", "Redo", "", (K.y,), cmd.Redo, ctrl=True),  # the same on Windows
     Binding(f"{MODIFIER} O", "Open, or drop a file here", "File", (K.o,), cmd.AskOpen, True),
+    Binding(f"{MODIFIER} Shift O", "Recent files", "File", (K.o,), lambda: cmd.Toggle("start"), True, True),
     Binding(f"{MODIFIER} S", "Save", "File", (K.s,), cmd.Save, ctrl=True),
     Binding(f"{MODIFIER} Shift S", "Save as", "File", (K.s,), lambda: cmd.Save(True), True, True),
     Binding(f"{MODIFIER} P", "Save the picture", "File", (K.p,), cmd.AskPicture, ctrl=True),

@@ -185,7 +185,8 @@ class App:
         photo = thumbnails.of_photo(state.photo) if not len(state.scene) else None
         backdrop = None if state.has_document else thumbnails.of_photo(self._start_picture(), "start")
         shown |= ({"photo"} if photo else set()) | ({"start"} if backdrop else set())
-        recents = {} if state.has_document else thumbnails.of_recents(state.recents)
+        is_starting = not state.has_document or state.panels.start
+        recents = {} if not is_starting else thumbnails.of_recents(state.recents)
         thumbnails.keep_only(shown | set(recents))
         statistics = {**self._timing(), **self.services.renderer.statistics()} if len(state.scene) else {}
         layout = arrange(size.x, size.y, self._style[1])

@@ -204,6 +204,7 @@ class Panels:
     help: bool = False
     keep: bool = False
     settings: bool = False
+    start: bool = False
     history: bool = False
     materials: bool = False
     locator: bool = True

@@ -114,6 +114,7 @@ class OffscreenWindow:
     ) -> None:
         self.context = create_context("egl")
         self.scale, self._step_s = scale, step_s
+        self._dropped: tuple[Path, ...] = ()
         self._size_px = size_px
         self._framebuffer = self.context.ctx.simple_framebuffer(size_px, 3)
         self._io = _new_imgui()
@@ -136,13 +137,18 @@ class OffscreenWindow:
         self._size_px = (width, height)
         self._framebuffer = self.context.ctx.simple_framebuffer(self._size_px, 3)
 
+    def drop(self, *paths: Path) -> None:
+        """Drops files on the window, as a hand would."""
+        self._dropped += paths
+
     def begin(self, wait_s: float) -> Pulse:
         """Begins an imgui frame."""
         self._io.display_size = imgui.ImVec2(*map(float, self._size_px))
         self._io.delta_time = self._step_s
         imgui.backends.opengl3_new_frame()
         imgui.new_frame()
-        return Pulse(self._step_s)
+        dropped, self._dropped = self._dropped, ()
+        return Pulse(self._step_s, dropped)
 
     def draw(self, paint: Callable[[Any], None]) -> None:
         """Lets ``paint(framebuffer)`` fill the framebuffer, then draws the panels over it."""

@@ -14,8 +14,9 @@
 
     frame     on the picture, below all: what the next level will show
     history   below the toolbar, as keep and settings
-    start     instead of all, while there is no document
-    help      over all;  dialogs  modal
+    start     instead of all, while there is no document; with recents; over one on request
+    hint      over the picture, below the breadcrumb, once
+    help      over all, as log and palette;  dialogs  modal
 
 They change nothing: a test calls them with a state and reads the commands.
 """

@@ -1,5 +1,7 @@
 """Over all, on F1: the table of keys and gestures."""
 
+from itertools import chain
+
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
@@ -11,9 +13,10 @@ from wzviewer.app.settings import KeymapName
 from wzviewer.app.state import AppState
 
 WIDTH_PT = 800.0
+COLUMN_PT = 380.0  # narrowest; below it one column has all groups, and scrolls
 TITLES = {"wzviewer": "Keys and gestures", "authors": "Keys of the authors' release, and gestures"}
 COLUMNS = (("Look", "Make"), ("File", "Panels"))
-KEY_PT = 150.0  # width of the keys, before what they do
+KEY_PT = 158.0  # width of the keys, before what they do
 ROW_PT, HEAD_PT, TITLE_PT = 23.0, 30.0, 42.0
 PADDING_PT = 20.0
 
@@ -25,9 +28,11 @@ def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:
     window = ui.layout.window
     is_clicked = shade(ui)
     keymap = state.settings.keymap
-    columns = [[(g, rows_of(g, keymap, ui.letters)) for g in groups] for groups in COLUMNS]
-    wanted = max(sum(HEAD_PT + ROW_PT * len(rows) for _, rows in column) for column in columns)
     width = min(ui.pt(WIDTH_PT), window.width - 24)
+    is_narrow = width < ui.pt(len(COLUMNS) * COLUMN_PT)
+    groups = [tuple(chain(*COLUMNS))] if is_narrow else COLUMNS
+    columns = [[(group, rows_of(group, keymap, ui.letters)) for group in column] for column in groups]
+    wanted = max(sum(HEAD_PT + ROW_PT * len(rows) for _, rows in column) for column in columns)
     height = min(ui.pt(wanted + TITLE_PT + 2 * PADDING_PT), window.height - 24)
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(28), ui.pt(PADDING_PT)))
@@ -36,7 +41,7 @@ def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:
         with face(ui.fonts.bold, theme.HEAD_PT):
             imgui.text_unformatted(TITLES[keymap])
         left, top = imgui.get_cursor_pos_x(), imgui.get_cursor_pos_y() + ui.pt(8)
-        part = (imgui.get_content_region_avail().x + ui.pt(16)) / len(COLUMNS)
+        part = (imgui.get_content_region_avail().x + ui.pt(16)) / len(columns)
         for number, column in enumerate(columns):
             _column(ui, column, left + number * part, top, part - ui.pt(16))
     imgui.pop_style_var()

@@ -11,8 +11,9 @@ from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, face, plate, quiet, tooltip
 from wzviewer.app.state import AppState
 
-SIZE_PT = (330.0, 104.0)
-ICON_PT, KEY_PT, ROW_PT = 28.0, 84.0, 26.0
+SIZE_PT = (330.0, 98.0)
+ICON_PT, ROW_PT = 28.0, 26.0
+KEY_PT = (84.0, 62.0)  # the latter where there is little room
 CROSS_PT = 26.0
 
 
@@ -20,15 +21,18 @@ def draw_hint(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the hint, beside the tree and below the breadcrumb."""
     if not is_shown(state) or state.panels.statistics:
         return []
-    with plate("hint", place_of(ui), alpha=0.9):
+    place = place_of(ui)
+    is_narrow = place.width < ui.pt(SIZE_PT[0])
+    with plate("hint", place, alpha=0.9):
         corner = imgui.get_cursor_pos()
-        for number, (icon, key, what) in enumerate(_lines(state)):
+        for number, (icon, key, words) in enumerate(_lines(state)):
+            what = words[1] if is_narrow else words[0]
             y = corner.y + number * ui.pt(ROW_PT)
             with colored(ui.colors.accent):
                 _at(corner.x, y, icon)
             with face(ui.fonts.bold):
                 _at(corner.x + ui.pt(ICON_PT), y, key)
-            _at(corner.x + ui.pt(ICON_PT + KEY_PT), y, what)
+            _at(corner.x + ui.pt(ICON_PT + KEY_PT[is_narrow]), y, what)
         return _cross(ui)
 
 
@@ -42,12 +46,12 @@ def place_of(ui: Ui) -> Rect:
     return Rect(x, layout.toolbar.bottom + margin, min(width, room), height)
 
 
-def _lines(state: AppState) -> tuple[tuple[str, str, str], ...]:
+def _lines(state: AppState) -> tuple[tuple[str, str, tuple[str, str]], ...]:
     generate = label_of(cmd.Generate, state.settings.keymap).split(",")[0]
     return (
-        (icons.ICON_FA_MAGNIFYING_GLASS_PLUS, "Scroll", "zoom to the cursor"),
-        (icons.ICON_FA_UP_DOWN_LEFT_RIGHT, "Drag", "look around"),
-        (icons.ICON_FA_WAND_MAGIC_SPARKLES, generate, "new detail there"),
+        (icons.ICON_FA_MAGNIFYING_GLASS_PLUS, "Scroll", ("zoom to the cursor", "zoom")),
+        (icons.ICON_FA_UP_DOWN_LEFT_RIGHT, "Drag", ("look around", "look")),
+        (icons.ICON_FA_WAND_MAGIC_SPARKLES, generate, ("new detail there", "detail")),
     )
 
 

@@ -61,8 +61,9 @@ def _foot(state: AppState, ui: Ui) -> list[cmd.Command]:
     commands: list[cmd.Command] = []
     top = imgui.get_cursor_pos_y() + imgui.get_style().item_spacing.y
     width = imgui.get_window_size().x - imgui.get_style().window_padding.x
-    imgui.set_cursor_pos_y(top)
-    imgui.begin_child("levels", (ui.pt(CHOICE_PT), ui.pt(34)))
+    left = width - ui.pt(2 * BUTTON_PT + 16) - imgui.get_style().window_padding.x
+    imgui.set_cursor_pos_y(top + ui.pt(4))  # these buttons are less high
+    imgui.begin_child("levels", (min(ui.pt(CHOICE_PT), left), ui.pt(30)))
     level = choice(ui, "level", [(name, level) for level, name in LEVELS], state.log.level)
     imgui.end_child()
     if level is not None:

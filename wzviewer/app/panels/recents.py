@@ -24,7 +24,7 @@ CROSS_PT = 24.0
 
 def extra_height(state: AppState, ui: Ui) -> tuple[float, int]:
     """Returns how much higher the page is, imgui units, and how many rows of files have room."""
-    extra = ui.pt(LEFTOVER_PT) if state.leftover is not None else 0.0
+    extra = ui.pt(LEFTOVER_PT) if _has_leftover(state) else 0.0
     room = ui.layout.window.height - ui.pt(TITLE_HEIGHT_PT + HEAD_PT + 32) - extra
     needed = -(-len(state.recents.files) // COLUMNS)
     rows = max(min(needed, int(room / ui.pt(ROW_PT))), 0)
@@ -34,7 +34,7 @@ def extra_height(state: AppState, ui: Ui) -> tuple[float, int]:
 def draw_leftover(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws a way back to levels that were not saved, after "Later" was answered."""
     left = state.leftover
-    if left is None or state.panels.dialog == "recover":
+    if left is None or not _has_leftover(state):
         return []
     levels = "1 level" if left.count == 1 else f"{left.count} levels"
     of = f" of {left.name}" if left.name else ""
@@ -43,6 +43,11 @@ def draw_leftover(state: AppState, ui: Ui) -> list[cmd.Command]:
     with colored(ui.colors.accent):
         pressed = imgui.button(elided(text, width - ui.pt(20)), (width, ui.pt(LEFTOVER_PT - 8)))
     return [cmd.SettleRecovery("recover")] if pressed else []
+
+
+def _has_leftover(state: AppState) -> bool:
+    """Over a document there is no way back to them: it would be gone."""
+    return state.leftover is not None and not state.has_document
 
 
 def draw_recents(state: AppState, ui: Ui, rows: int) -> list[cmd.Command]:

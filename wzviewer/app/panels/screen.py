@@ -18,7 +18,7 @@ from wzviewer.app.panels.look import draw_look
 from wzviewer.app.panels.palette import draw_palette
 from wzviewer.app.panels.prompt import draw_prompt
 from wzviewer.app.panels.settings import draw_settings
-from wzviewer.app.panels.start import draw_start
+from wzviewer.app.panels.start import draw_start, draw_start_over
 from wzviewer.app.panels.status import draw_scale_bar, draw_status
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.toasts import draw_toasts
@@ -47,7 +47,7 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     asked, height = draw_film(state, ui, notices)
     commands += asked + draw_toasts(state, ui, replace(notices, y=notices.y + height))
     commands += draw_keep(state, ui) + draw_settings(state, ui) + draw_history(state, ui)
-    commands += draw_hint(state, ui) + draw_help(state, ui)
+    commands += draw_hint(state, ui) + draw_start_over(state, ui) + draw_help(state, ui)
     commands += draw_log(state, ui) + draw_palette(state, ui)
     return commands + draw_dialogs(state, ui)
 

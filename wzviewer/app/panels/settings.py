@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.layout import Rect
-from wzviewer.app.panels.surface import Ui, choice, face, plate, small
+from wzviewer.app.panels.surface import Ui, choice, face, plate, small, tooltip
 from wzviewer.app.settings import Settings
 from wzviewer.app.state import AppState
 
@@ -37,6 +37,8 @@ def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
         for name, key, options in rows:
             small(ui, name)
             picked = choice(ui, key, options, getattr(now, key))
+            if key == "keymap":
+                tooltip("W A S D look around, V and B zoom, R makes detail, Z undoes")
             if picked is not None:
                 changes[key] = picked
         for name, key in (("Auto detail", "auto_detail"), ("Reduced motion", "reduced_motion")):

@@ -7,7 +7,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.recents import draw_leftover, draw_recents, extra_height
-from wzviewer.app.panels.surface import Ui, colored, face, plate, primary
+from wzviewer.app.panels.surface import Ui, colored, face, plate, primary, shade
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -18,6 +18,18 @@ WIDE_PT = 660.0  # with recent files
 def draw_start(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the start page."""
     _backdrop(ui)
+    return _page(state, ui)
+
+
+def draw_start_over(state: AppState, ui: Ui) -> list[cmd.Command]:
+    """Draws the same over a document, on request; a click beside it goes back to the document."""
+    if not state.panels.start or not state.has_document:
+        return []
+    is_left = shade(ui)
+    return [cmd.Toggle("start")] if is_left else _page(state, ui)
+
+
+def _page(state: AppState, ui: Ui) -> list[cmd.Command]:
     window = ui.layout.window
     extra, rows = extra_height(state, ui)
     wide = WIDE_PT if rows else SIZE_PT[0]
@@ -26,7 +38,7 @@ def draw_start(state: AppState, ui: Ui) -> list[cmd.Command]:
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(32), ui.pt(28)))
     commands: list[cmd.Command] = []
-    with plate("start", rect, alpha=0.82):
+    with plate("start", rect, alpha=0.97 if state.has_document else 0.82, is_front=state.has_document):
         with face(ui.fonts.bold, theme.TITLE_PT):
             _centred("wzviewer")
         with colored(ui.colors.muted):
