@@ -7,9 +7,9 @@ import pytest
 
 from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
+from wzviewer.app.aiming import level_camera, plan_level
 from wzviewer.app.apply import apply, drain
 from wzviewer.app.generation import request
-from wzviewer.app.planning import level_camera, plan_level
 from wzviewer.app.state import Goal, View, empty_state
 from wzviewer.app.viewing import advance
 from wzviewer.core.camera import Camera

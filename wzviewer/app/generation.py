@@ -1,16 +1,16 @@
 """Asking Thread 2 for levels, and taking over what it makes (Algorithm 1, lines 1 and 10-32).
 
-One request runs at a time.  What is asked for meanwhile waits in a queue (`wishes`); `planning` says how
+One request runs at a time.  What is asked for meanwhile waits in a queue (`wishes`); `aiming` says how
 a goal is reached.
 """
 
 from dataclasses import replace
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.aiming import STEP_MAX, closer, plan_level, plan_variant
 from wzviewer.app.history import made
 from wzviewer.app.naming import name_in
 from wzviewer.app.picking import world_point
-from wzviewer.app.planning import STEP_MAX, closer, plan_level, plan_variant
 from wzviewer.app.prompting import refusal_of, with_prompt, with_vocabulary
 from wzviewer.app.region import Region
 from wzviewer.app.services import Services

@@ -120,8 +120,8 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} C", "Copy view as command", "File", (K.c,), cmd.CopyView, ctrl=True),
     Binding(f"{MODIFIER} M", "Save the film", "File", (K.m,), cmd.AskFilm, ctrl=True),
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
-    Binding("F2, Del", "Rename, delete the level here", "Panels", (K.f2,), cmd.BeginRename),
-    Binding("Del", "Delete the level here", "", (K.delete,), cmd.DeleteHere),
+    Binding("F2", "Rename the level here", "Panels", (K.f2,), cmd.BeginRename),
+    Binding(f"{MODIFIER} Del", "Delete the level here", "Panels", (K.delete,), cmd.DeleteHere, ctrl=True),
     Binding("U", "History", "Panels", (K.u,), lambda: cmd.Toggle("history")),
     Binding("O", "Where you are in the photo", "Panels", (K.o,), lambda: cmd.Toggle("locator")),
     Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),
@@ -229,9 +229,9 @@ def label_of(command: type[cmd.Command], keymap: KeymapName = "wzviewer") -> str
     return next((b.label for b in keymap_of(keymap).bindings if b.command is command), "")
 
 
-def label_for(command: cmd.Command) -> str:
+def label_for(command: cmd.Command, keymap: KeymapName = "wzviewer") -> str:
     """Returns the key that gives exactly this command; empty when there is none."""
-    made = ((b.label, b.command()) for b in BINDINGS if b.command is not None)
+    made = ((b.label, b.command()) for b in keymap_of(keymap).bindings if b.command is not None)
     return next((label for label, other in made if other == command), "")
 
 

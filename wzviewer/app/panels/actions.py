@@ -4,7 +4,7 @@ from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.keys import label_of
+from wzviewer.app.keys import label_for, label_of
 from wzviewer.app.layout import Rect
 from wzviewer.app.naming import name_in
 from wzviewer.app.panels.surface import Ui, colored, menu, quiet, tooltip
@@ -24,18 +24,18 @@ def has_tools(ui: Ui, rect: Rect) -> bool:
 def draw_tools(state: AppState, ui: Ui, height: float) -> list[cmd.Command]:
     """Draws the tools, right of the line of text."""
     commands: list[cmd.Command] = []
-    is_ready = len(state.scene) > 0
+    is_ready, keymap = len(state.scene) > 0, state.settings.keymap
     tools: tuple[tuple[str, str, cmd.Command, bool, bool], ...] = (
         (
             icons.ICON_FA_PALETTE,
-            "Materials and weather   M",
+            f"Materials and weather   {label_for(cmd.Toggle('materials'), keymap)}",
             cmd.Toggle("materials"),
             state.panels.materials,
             is_ready and bool(state.vocabulary.objects),
         ),
         (
             icons.ICON_FA_VECTOR_SQUARE,
-            f"Draw a frame around what should become finer   {label_of(cmd.ToggleRegion)}",
+            f"Draw a frame around what should become finer   {label_of(cmd.ToggleRegion, keymap)}",
             cmd.ToggleRegion(),
             state.region.is_drawing or state.region.camera is not None,
             is_ready,
@@ -80,6 +80,6 @@ def _offers(state: AppState) -> list[cmd.Command]:
     is_possible = last is not None and can_vary(state.scene, last)
     name = name_in(state.scene, last) if last is not None and is_possible else ""
     label = f"Another “{name}”" if name else "Another of the last level"
-    if imgui.menu_item(label, label_of(cmd.Another), False, is_possible)[0]:
+    if imgui.menu_item(label, label_of(cmd.Another, state.settings.keymap), False, is_possible)[0]:
         commands.append(cmd.Another(last))
     return commands

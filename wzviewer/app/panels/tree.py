@@ -7,6 +7,7 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
+from wzviewer.app.keys import label_of
 from wzviewer.app.naming import name_in
 from wzviewer.app.panels.branches import Row, tree_rows
 from wzviewer.app.panels.surface import Ui, colored, elided, face, menu, picture, plate, quiet, tooltip
@@ -165,18 +166,18 @@ def _menu(state: AppState, ui: Ui, row: Row) -> list[cmd.Command]:
 
 
 def _offers(state: AppState, row: Row) -> list[cmd.Command]:
-    scene, index = state.scene, row.index
+    scene, index, keymap = state.scene, row.index, state.settings.keymap
     is_shown, is_done = scene.mark(index).sight == "shown", scene.is_committed(index)
     offers: list[tuple[str, str, cmd.Command, bool]] = [
         ("Fly there", "", cmd.GoToLevel(index), True),
-        ("Rename", "F2", cmd.BeginRename(index), True),
+        ("Rename", label_of(cmd.BeginRename, keymap), cmd.BeginRename(index), True),
     ]
     if index > 0:
         offers += [
             ("Hide" if is_shown else "Show", "", cmd.ShowLevel(index, not is_shown), is_done),
-            ("Another", "N", cmd.Another(index), can_vary(scene, index)),
+            ("Another", label_of(cmd.Another, keymap), cmd.Another(index), can_vary(scene, index)),
             ("Variants", "", cmd.OpenVariants(index), row.variants > 1),
-            ("Delete", "Del", cmd.DeleteLevel(index), is_done),
+            ("Delete", label_of(cmd.DeleteHere, keymap), cmd.DeleteLevel(index), is_done),
         ]
     return [c for name, key, c, is_possible in offers if imgui.menu_item(name, key, False, is_possible)[0]]
 
