@@ -344,7 +344,7 @@ def test_keys_of_the_keyboard(screen, services, state):
         (imgui.Key.space, cmd.TogglePlay()),
         (imgui.Key.comma, cmd.StepKey(-1)),
         (imgui.Key.period, cmd.StepKey(1)),
-        (imgui.Key.delete, cmd.DeleteHere()),
+        (imgui.Key.delete, cmd.DeleteKey()),
     ):
         assert screen.press(shown, key) == [wanted]
 
@@ -356,16 +356,3 @@ def test_the_panel_takes_room_only_when_it_is_shown(screen, state):
     assert foot_height(shown, 2.0) == 2 * (HEIGHT_PT + MARGIN_PT)
     assert screen.frame(shown, draw_timeline) == []
     assert not Timeline().is_changed
-
-
-def test_delete_takes_the_selected_key_and_without_one_the_level(services, state):
-    state = apply(services, state, [cmd.Toggle("timeline"), cmd.AddKey(), cmd.SelectKey(0)])
-    count = len(state.timeline.path.keys)
-    state = apply(services, state, [cmd.DeleteHere()])
-    assert len(state.timeline.path.keys) == count - 1
-    levels = len(state.scene.visible())
-    state = apply(
-        services, replace(state, timeline=replace(state.timeline, selected=None)), [cmd.DeleteHere()]
-    )
-    assert len(state.timeline.path.keys) == count - 1
-    assert len(state.scene.visible()) <= levels

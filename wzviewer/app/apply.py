@@ -90,13 +90,6 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
     return replace(state, refusal="", view=replace(state.view, flight=None))
 
 
-def delete(services: Services, state: AppState, command: cmd.DeleteHere) -> AppState:
-    """Deletes what is in hand: the selected key of the timeline, else the level here."""
-    if state.panels.timeline and state.timeline.selected is not None:
-        return directing.delete_key(services, state, cmd.DeleteKey())
-    return history.delete_here(services, state, command)
-
-
 HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.Zoom: viewing.zoom,
     cmd.BeginDrag: framing.begin_drag,
@@ -130,7 +123,7 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.JumpInHistory: history.jump,
     cmd.ShowLevel: history.show_level,
     cmd.DeleteLevel: history.delete_level,
-    cmd.DeleteHere: delete,
+    cmd.DeleteHere: history.delete_here,
     cmd.RenameLevel: history.rename_level,
     cmd.BeginRename: history.begin_rename,
     cmd.EndRename: history.end_rename,

@@ -134,7 +134,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("F1", "This help", "Panels", (K.f1,), lambda: cmd.Toggle("help")),
     Binding("L", "Timeline of a film", "Film", (K.l,), lambda: cmd.Toggle("timeline")),
     Binding("I", "Add the view as a key", "Film", (K.i,), cmd.AddKey),
-    Binding("Del", "Delete the selected key", "Film"),
+    Binding("Del", "Delete the selected key", "Film", (K.delete,), cmd.DeleteKey),
     Binding(",", "The key before", "", (K.comma,), lambda: cmd.StepKey(-1)),
     Binding(", and .", "The key before and after", "Film", (K.period,), lambda: cmd.StepKey(1)),
     Binding("Space", "Play the timeline, stop", "Film", (K.space,), cmd.TogglePlay),
