@@ -60,7 +60,7 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
         asked, is_typing = _line(state, ui, rect)
         commands += asked
     imgui.pop_style_var()
-    base = _base(state, ui)
+    base = _base(state, ui, is_typing)
     above = Rect(base.x, rect.y - ui.pt(8), base.width, 0.0)
     has_offers = is_typing and bool(state.offers) and not (state.refusal or state.panels.materials)
     stack: list[tuple[bool, Callable[[AppState, Ui, Rect], tuple[list[cmd.Command], float]]]] = [
@@ -78,14 +78,14 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
     return commands
 
 
-def _base(state: AppState, ui: Ui) -> Rect:
+def _base(state: AppState, ui: Ui, is_typing: bool) -> Rect:
     """Where the stack above the line stands: beside a tree that reaches down to it."""
     beside, rect = ui.layout.stack, ui.layout.prompt
     if beside == rect or not state.panels.tree:
         return rect
     bottom = ui.layout.tree.y + height_of(ui, len(tree_rows(state.scene)))
     parts = (
-        (True, OFFERS_PT),
+        (is_typing, OFFERS_PT),
         (state.job is not None or bool(state.refusal), PROGRESS_PT),
         (bool(state.queue.goals), WAITING_PT),
         (state.variants is not None, VARIANTS_PT),
