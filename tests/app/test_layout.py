@@ -5,7 +5,8 @@ from itertools import combinations
 
 import pytest
 
-from wzviewer.app.layout import arrange
+from wzviewer.app.layout import MARGIN_PT, arrange
+from wzviewer.app.panels.timeline import HEIGHT_PT
 from wzviewer.app.panels.wording import count_text, length_text, magnification_text
 
 
@@ -31,6 +32,14 @@ def test_panels_do_not_overlap(size, scale):
     assert not above.overlaps(layout.locator)
     assert layout.stack == layout.prompt or not above.overlaps(layout.tree)
     assert (layout.locator.width > 0) == (size[0] / scale > 708 and size[1] / scale >= 420)
+
+
+@pytest.mark.parametrize("size", [(900, 600), (1280, 800), (3840, 2160)])
+def test_nothing_stands_where_the_timeline_is(size):
+    foot = HEIGHT_PT + MARGIN_PT
+    layout = arrange(size[0], size[1] - foot, 1.0)
+    for rect in (layout.tree, layout.prompt, layout.scale_bar, layout.status, layout.statistics):
+        assert rect.bottom <= size[1] - foot
 
 
 def test_magnifications_read_well():

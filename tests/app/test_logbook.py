@@ -94,7 +94,9 @@ def test_the_window_filters_copies_and_closes(screen, book):
     assert screen.click(state, right - 92 - 8 - 46, bottom) == [cmd.CopyLog()]
     assert screen.click(state, 640 - 450 + 14 + 225, bottom - 3) == [cmd.SetLogLevel(logging.ERROR)]
     assert screen.click(state, 20, 20) == [cmd.ToggleLog()]
-    assert screen.press(state, imgui.Key.t) == [cmd.Toggle("tree")]
+    assert screen.press(state, imgui.Key.g) + screen.press(state, imgui.Key.w) == []  # behind it
+    assert screen.press(state, imgui.Key.s, imgui.Key.mod_ctrl) == [cmd.Save()]
+    assert screen.press(state, imgui.Key.f12) == [cmd.ToggleLog()]
     assert screen.press(state, imgui.Key.escape) == [cmd.Escape()]
     state = apply(services, state, [cmd.SetLogLevel(logging.ERROR), cmd.CopyLog()])
     assert "two" in copied[0]

@@ -141,7 +141,7 @@ def test_a_recent_file_is_one_click_away(walk, photo, tmp_path):
     walk.drop(tmp_path / "s.wz")
     walk.drop(photo)
     walk.click("Open it")  # and not into the scene that is open
-    walk.wait_until(lambda state: state.job is None and state.scene.is_committed(0))
+    walk.wait_until(lambda state: state.job is None and state.name == "photo.png")
     walk.app.services.recents.wait()
     again = RecentFolder(tmp_path / "state")
     again.wait()

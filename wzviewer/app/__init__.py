@@ -13,7 +13,8 @@
                             │          ├─ varying      another seed, and which variant is seen
                             │          ├─ prompting    known words, refusal;  auto  asks by itself
                             │          ├─ documents    open, save, close;  dropping;  recovery  autosave
-                            │          ├─ keeping      picture, command, film
+                            │          ├─ keeping      picture, command, film;  shooting  which
+                            │          ├─ directing    keys of a film, and its preview
                             │          ├─ history      undo and redo of all that changes the scene
                             │          ├─ reopening    recent files;  hint  once, on the first photo
                             │          ├─ summoning    palette of commands, log window

@@ -11,8 +11,10 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app.keys import FAST, LETTERS, SLOW, Held, keymap_of, matches
 from wzviewer.app.state import AppState, DragKind
+from wzviewer.app.summoning import covers_picture
 
 LEFT, RIGHT, MIDDLE = 0, 1, 2
+KEYS_OVER = frozenset((imgui.Key.escape, imgui.Key.f1, imgui.Key.f12))  # alive over a covered picture
 SIDE_BUTTONS: dict[int, type[cmd.Command]] = {3: cmd.GoBack, 4: cmd.GoForward}
 DRAG_PX = 4.0  # a hand trembles while it clicks
 LONGEST_STEP_S = 0.1  # a stall is no reason to jump
@@ -156,8 +158,6 @@ def _read_keys(state: AppState, letters: str) -> list[cmd.Command]:
         return _answer(state)
     if state.palette.is_open:  # which reads its own
         return []
-    if state.log.is_open and imgui.is_key_pressed(imgui.Key.escape, repeat=False):
-        return [cmd.Escape()]
     if io.want_text_input:  # keys are dead while typing; the prompt line reads its own Enter and Escape
         return []
     if imgui.is_popup_open("", imgui.PopupFlags_.any_popup.value):  # a menu takes Escape, and no other key
@@ -166,11 +166,13 @@ def _read_keys(state: AppState, letters: str) -> list[cmd.Command]:
         return []
     commands: list[cmd.Command] = []
     keymap = keymap_of(state.settings.keymap, letters)
+    is_covered = covers_picture(state)
     for binding in keymap.bindings:
-        pressed = any(imgui.is_key_pressed(key, repeat=False) for key in binding.keys)
+        keys = KEYS_OVER.intersection(binding.keys) if is_covered and not binding.ctrl else binding.keys
+        pressed = any(imgui.is_key_pressed(key, repeat=False) for key in keys)
         if pressed and binding.command is not None and matches(binding, io.key_ctrl, io.key_shift):
             commands.append(binding.command())
-    if io.key_ctrl or not state.has_document:
+    if io.key_ctrl or is_covered or not state.has_document:
         return commands
     held = [what for key, what in keymap.held.items() if imgui.is_key_down(key)]
     return [*commands, *_moves(state, held)] if held else commands

@@ -118,7 +118,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} Shift S", "Save as", "File", (K.s,), lambda: cmd.Save(True), True, True),
     Binding(f"{MODIFIER} P", "Save the picture", "File", (K.p,), cmd.AskPicture, ctrl=True),
     Binding(f"{MODIFIER} C", "Copy view as command", "File", (K.c,), cmd.CopyView, ctrl=True),
-    Binding(f"{MODIFIER} M", "Film from the photo to here", "File", (K.m,), cmd.AskFilm, ctrl=True),
+    Binding(f"{MODIFIER} M", "Save the film", "File", (K.m,), cmd.AskFilm, ctrl=True),
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
     Binding("F2", "Rename the level here", "Panels", (K.f2,), cmd.BeginRename),
     Binding(f"{MODIFIER} Del", "Delete the level here", "Panels", (K.delete,), cmd.DeleteHere, ctrl=True),
@@ -132,6 +132,12 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} Shift P", "All commands by name", "", (K.p,), cmd.OpenPalette, True, True),
     Binding("F12", "Log", "Panels", (K.f12,), cmd.ToggleLog),
     Binding("F1", "This help", "Panels", (K.f1,), lambda: cmd.Toggle("help")),
+    Binding("L", "Timeline of a film", "Film", (K.l,), lambda: cmd.Toggle("timeline")),
+    Binding("I", "Add the view as a key", "Film", (K.i,), cmd.AddKey),
+    Binding("Del", "Delete the selected key", "Film"),
+    Binding(",", "The key before", "", (K.comma,), lambda: cmd.StepKey(-1)),
+    Binding(", and .", "The key before and after", "Film", (K.period,), lambda: cmd.StepKey(1)),
+    Binding("Space", "Play the timeline, stop", "Film", (K.space,), cmd.TogglePlay),
     Binding(f"{MODIFIER} Q", "Close", "File", (K.q,), cmd.Close, ctrl=True),
 )
 # Keys of the viewer that the paper's authors released; what they have and we do not has no key here.

@@ -99,7 +99,7 @@ def arrange(width: float, height: float, scale: float) -> Layout:
     stack_x = max(prompt.x, gap + side + gap / 2)
     stack = replace(prompt, x=stack_x, width=prompt.right - stack_x)
     inset = 0.0 if is_narrow or height < LOWEST_PT * scale else INSET_PT * scale
-    locator = Rect(width - gap - corner, bottom - inset, corner if inset else 0.0, inset)
+    locator = Rect(width - gap - corner, bottom - inset - gap / 2, corner if inset else 0.0, inset)
     crumbs_x = toolbar.right + gap / 2
     return Layout(
         scale,

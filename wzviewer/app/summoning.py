@@ -51,6 +51,11 @@ def is_summoned(state: AppState) -> bool:
     return state.palette.is_open or state.log.is_open
 
 
+def covers_picture(state: AppState) -> bool:
+    """Whether something stands over the picture, so that keys must not move it or add to it."""
+    return state.log.is_open or state.panels.help or (state.panels.start and state.has_document)
+
+
 def dismissed(state: AppState) -> AppState:
     """Returns the state without them."""
     return replace(state, palette=PaletteView(), log=LogView(level=state.log.level))

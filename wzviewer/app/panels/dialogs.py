@@ -16,6 +16,8 @@ TITLES = {
     "save": "Save the scene",
     "picture": "Save the picture",
     "film": "Save the film",
+    "open path": "Open a camera path",
+    "save path": "Save the camera path",
 }
 
 
@@ -89,7 +91,7 @@ def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:
         commands.append(cmd.EditPath(text))
     if imgui.is_item_deactivated() and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
         commands.append(cmd.ConfirmPath())
-    verb = "Open" if state.panels.dialog == "open" else "Save"
+    verb = "Open" if state.panels.dialog.startswith("open") else "Save"
     return commands + _buttons(ui, ("Cancel", cmd.Escape()), (verb, cmd.ConfirmPath()))
 
 

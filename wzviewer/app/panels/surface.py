@@ -174,12 +174,15 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def choice(ui: Ui, key: str, options: Sequence[tuple[str, T]], present: object) -> T | None:
+def choice(
+    ui: Ui, key: str, options: Sequence[tuple[str, T]], present: object, room: float | None = None
+) -> T | None:
     """Draws a row of buttons, one of them lit; returns the value that was pressed."""
     picked: T | None = None
     gap = ui.pt(4)
     imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(4), ui.pt(4)))
-    width = (imgui.get_content_region_avail().x - gap * (len(options) - 1)) / len(options)
+    room = imgui.get_content_region_avail().x if room is None else room
+    width = (room - gap * (len(options) - 1)) / len(options)
     for number, (name, value) in enumerate(options):
         if number:
             imgui.same_line(0.0, gap)

@@ -59,6 +59,14 @@ def test_a_colour_says_which():
     assert x == pytest.approx(FLOWER[0], abs=25)  # measured 80
 
 
+def test_what_is_looked_at_is_preferred():
+    image, support = scene()
+    view = View.of(image, support)
+    for wanted in ((120.0, 130.0), (100.0, 145.0)):
+        (((x, y), _),), found = spots(("grass",), "on", wanted, 30, view, (H, W))
+        assert ((x, y), found) == (wanted, True)
+
+
 def test_beside_is_not_on():
     result, _, _ = put("a small beetle near the sunflower")
     x, y = middle(result.object_mask)

@@ -116,7 +116,7 @@ def orientation(
     tilt = np.radians(np.clip(tilt if trust > 0 else 0.5 * sum(body.tilt_deg), *body.tilt_deg))
     n = np.cos(tilt) * eye + np.sin(tilt) * toward
     yaw = np.radians(body.yaw_deg + rng.uniform(-12, 12))
-    yaw = np.pi - yaw if rng.random() < 0.5 else yaw
+    yaw = np.pi - yaw if rng.random() < 0.5 and body.turns else yaw
     right = np.cross(n, eye)
     right = right / np.linalg.norm(right) if tilt > 1e-3 else np.cross(up, -eye)
     ahead = np.cos(yaw) * right + np.sin(yaw) * np.cross(n, right)

@@ -20,6 +20,7 @@ _THUMB_PX = 256
 _LEAST = 0.30  # of a body's footprint that has the look, so that the place is found
 _SHRUNK = 0.40  # of the usual size: no body is made smaller to fit its place
 _ROOMY = 0.75  # of the usual size, on a place that is large enough
+_GOOD = 0.60  # of the footprint: good enough to stay where the user looks
 _CENTRE = 0.45  # spread of the preference for the view's middle, of the half diagonal
 Spot = tuple[tuple[float, float], float]
 
@@ -165,7 +166,9 @@ def _flat(v: View) -> FloatArray:
 
 
 def _standing(v: View) -> FloatArray:
-    return (1 - _ramp(v.lying, 0.25, 0.65)) * (1 - _green(v)) * v.ground
+    """A wall, a house: upright by its depth or, which is often wrong of walls, high up; rather even."""
+    upright = np.maximum(1 - _ramp(v.lying, 0.45, 0.85), 0.75 * (1 - _ramp(_rows(v), 0.45, 0.8)))
+    return upright * (1 - _ramp(v.rough, 4, 10)) * (1 - _green(v)) * v.ground
 
 
 def _sky(v: View) -> FloatArray:
@@ -254,12 +257,15 @@ def spots(
     taken: list[Spot] = []
     rows, columns = np.mgrid[: scored.shape[0], : scored.shape[1]]
     for _ in range(count):
-        y, x = np.unravel_index(int(np.argmax(scored)), scored.shape)
+        y, x = divmod(int(np.argmax(scored)), scored.shape[1])
+        centre = float(x + 0.5) / ratio, float(y + 0.5) / ratio
+        if count == 1 and _at(share, wanted, ratio) > _GOOD:  # what is looked at is the place
+            centre, x, y = wanted, int(wanted[0] * ratio), int(wanted[1] * ratio)
         body = width_px * (1.0 if count == 1 else rng.uniform(0.85, 1.15))
         if fits and found:
-            room = _room(look, (int(x), int(y))) / ratio
+            room = _room(look, (x, y)) / ratio
             body = float(np.clip(room, _SHRUNK * body, _ROOMY * body))
-        taken.append(((float(x + 0.5) / ratio, float(y + 0.5) / ratio), float(body)))
+        taken.append((centre, float(body)))
         far = np.hypot(columns - x, rows - y) / (1.15 * max(width_px * ratio, 1.0))
         scored = scored * (1 - np.exp(-(far**4)))
     return sorted(taken, key=lambda s: s[0][1]), found
