@@ -264,7 +264,7 @@ def _finish(services: Services, state: AppState, level: Level) -> AppState:
     state = _noted(state, level, job.goal, is_last)
     seconds = state.now_s - started_s
     name = f"“{name_in(state.scene, level.index)}”" if level.prompt else "New detail"
-    has_offer = is_last and not job.is_auto and can_vary(state.scene, level.index)
+    has_offer = is_last and not job.is_auto and state.variants is None and can_vary(state.scene, level.index)
     offer = ("Another", cmd.Another(level.index)) if has_offer else ("", None)
     state = state.with_toast(f"{name} is ready: {seconds:.1f} s.", "done", button=offer[0], command=offer[1])
     return request(services, state, state.goal, job.is_auto) if state.goal is not None else state

@@ -46,7 +46,8 @@ AUTO_HINTS = (
     "Add something",
 )
 BUTTON_PT = 100.0
-STACK_HEIGHT_PT = 130.0  # of progress and queue; with materials or variants twice that
+# Heights of what may stand above the line, with the gap below.
+OFFERS_PT, PROGRESS_PT, WAITING_PT, VARIANTS_PT, MATERIALS_PT = 46.0, 84.0, 46.0, 76.0, 240.0
 LAST_STAGE = 5  # of the paper
 
 
@@ -59,7 +60,7 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
         asked, is_typing = _line(state, ui, rect)
         commands += asked
     imgui.pop_style_var()
-    base = _base(state, ui)
+    base = _base(state, ui, is_typing)
     above = Rect(base.x, rect.y - ui.pt(8), base.width, 0.0)
     has_offers = is_typing and bool(state.offers) and not (state.refusal or state.panels.materials)
     stack: list[tuple[bool, Callable[[AppState, Ui, Rect], tuple[list[cmd.Command], float]]]] = [
@@ -77,14 +78,20 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
     return commands
 
 
-def _base(state: AppState, ui: Ui) -> Rect:
+def _base(state: AppState, ui: Ui, is_typing: bool) -> Rect:
     """Where the stack above the line stands: beside a tree that reaches down to it."""
     beside, rect = ui.layout.stack, ui.layout.prompt
     if beside == rect or not state.panels.tree:
         return rect
     bottom = ui.layout.tree.y + height_of(ui, len(tree_rows(state.scene)))
-    is_high = state.panels.materials or state.variants is not None
-    reach = ui.pt(STACK_HEIGHT_PT * (2 if is_high else 1))
+    parts = (
+        (is_typing, OFFERS_PT),
+        (state.job is not None or bool(state.refusal), PROGRESS_PT),
+        (bool(state.queue.goals), WAITING_PT),
+        (state.variants is not None, VARIANTS_PT),
+        (state.panels.materials, MATERIALS_PT),
+    )
+    reach = ui.pt(sum(height for is_there, height in parts if is_there))
     return beside if bottom > rect.y - reach else rect
 
 
