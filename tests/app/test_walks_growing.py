@@ -60,7 +60,7 @@ def test_variants_names_and_the_way_back(walk, photo, tmp_path):  # noqa: F811 -
     walk.type("robin")
     walk.press(K.enter)
     assert name_in(walk.state.scene, 1) == "robin"
-    walk.press(K.delete)
+    walk.press(K.delete, K.mod_ctrl)
     assert walk.state.scene.visible() == [0]
     walk.click("Undo")  # of the notice
     assert walk.state.scene.visible() == [0, 1]

@@ -206,6 +206,7 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
     for event in events:
         log_event(event)
         state = _guarded(generation.on_event, services, state, event)
+    state = documents.follow_errand(services, state)
     state = _guarded(documents.open_next, services, state, None)
     if generation.is_goal_reached(state):
         # Taken off first: a fault is told once, and not again every frame.

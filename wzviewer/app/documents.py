@@ -1,11 +1,12 @@
 """Opening, saving and closing.  Unsaved levels are never dropped without asking."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.errands import Errand
 from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
 from wzviewer.app.reopening import note_document
@@ -16,7 +17,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.files import is_scene_file, load_scene, save_scene
 from wzviewer.core.photos import finer_photo, fit_photo, load_photo
 from wzviewer.core.scene import Scene
-from wzviewer.errors import InputError, WzError
+from wzviewer.core.types import ByteArray
 
 SCENE_SUFFIX = ".wz"
 
@@ -73,24 +74,62 @@ def open_next(services: Services, state: AppState, command: None = None) -> AppS
     return _open(services, replace(state, next_path=None), state.next_path)
 
 
+@dataclass(frozen=True, eq=False)
+class _Content:
+    """What a file holds: a scene, or a photo in its working size and perhaps finer."""
+
+    scene: Scene | None = None
+    photo: ByteArray | None = None
+    finer: ByteArray | None = None
+
+
 def _open(services: Services, state: AppState, path: Path) -> AppState:
     if state.job is not None:  # its level must not fall into the new document
         return replace(cancel(services, state, cmd.CancelJob()), next_path=path)
-    try:
-        scene = load_scene(path) if is_scene_file(path) else None
-        original = None if scene is not None else load_photo(path)
-    except WzError as error:
-        return state.with_toast(error.line(), "error")
-    except (OSError, MemoryError) as error:
-        return state.with_toast(InputError(str(path), str(error)).line(), "error")
+    errand = Errand(
+        f"Opening {path.name}",
+        lambda services, state, content: _opened(services, state, path, content),
+        lambda services, state, line: state.with_toast(line, "error"),
+    )
+    return run_errand(services, state, errand, lambda: _content_of(path))
+
+
+def _content_of(path: Path) -> _Content:
+    if is_scene_file(path):
+        return _Content(load_scene(path))
+    original = load_photo(path)
+    photo = fit_photo(original)
+    return _Content(None, photo, finer_photo(original, photo))
+
+
+def _opened(services: Services, state: AppState, path: Path, content: _Content) -> AppState:
+    """The document is another one from now on."""
+    if state.job is not None:  # asked for while the file was read
+        return replace(cancel(services, state, cmd.CancelJob()), next_path=path)
+    fresh = _fresh(state, path)
+    if content.scene is not None:
+        fresh = with_scene(services, fresh, content.scene, path)
+        note_document(services, fresh, path)
+        return fresh
+    photo = content.photo
+    assert photo is not None  # either, by construction
     width, height = state.view.camera.width, state.view.camera.height
-    fresh = AppState(
+    view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
+    fresh = replace(fresh, view=view, photo=photo, finer_photo=content.finer)
+    if path != demo_photo():
+        note_document(services, fresh, path)
+    return reconstruct(services, fresh)
+
+
+def _fresh(state: AppState, path: Path) -> AppState:
+    """What does not belong to the document is kept."""
+    width, height = state.view.camera.width, state.view.camera.height
+    panels = state.panels
+    return AppState(
         View.at_home(Camera.initial(width, height), width, height),
         name=path.name,
         toasts=state.toasts,
-        panels=Panels(
-            tree=state.panels.tree, statistics=state.panels.statistics, locator=state.panels.locator
-        ),
+        panels=Panels(tree=panels.tree, statistics=panels.statistics, locator=panels.locator),
         now_s=state.now_s,
         is_worker_ready=state.is_worker_ready,
         vocabulary=state.vocabulary,
@@ -101,17 +140,6 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         log=state.log,
         plan=state.plan,
     )
-    if scene is not None:
-        fresh = with_scene(services, fresh, scene, path)
-        note_document(services, fresh, path)
-        return fresh
-    assert original is not None  # either, by construction
-    photo = fit_photo(original)
-    view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
-    fresh = replace(fresh, view=view, photo=photo, finer_photo=finer_photo(original, photo))
-    if path != demo_photo():
-        note_document(services, fresh, path)
-    return reconstruct(services, fresh)
 
 
 def with_scene(services: Services, state: AppState, scene: Scene, path: Path | None) -> AppState:
@@ -149,17 +177,51 @@ def save(services: Services, state: AppState, command: cmd.Save) -> AppState:
 def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppState:
     """Saves to a file, and goes on with what was waiting for it."""
     path = command.path if command.path.suffix else command.path.with_suffix(SCENE_SUFFIX)
-    timeline = keep(state.timeline, state.scene.unknown_fields)
-    try:
-        save_scene(state.scene, path)
-    except (WzError, OSError) as error:
-        return state.with_toast(str(error), "error")
-    saved = (state.num_finished, state.scene.marks)
-    state = replace(state, path=path, name=path.name, saved=saved, timeline=timeline)
+    scene = state.scene.copy()  # as it is now: levels may come while it is written
+    timeline = keep(state.timeline, scene.unknown_fields)
+    state.scene.unknown_fields = dict(scene.unknown_fields)
+    saved = replace(state, saved=(state.num_finished, scene.marks), timeline=timeline)
+    errand = Errand(
+        f"Saving {path.name}",
+        lambda services, state, _: _saved(services, state, path, saved),
+        lambda services, state, line: replace(state.with_toast(line, "error"), after=None),
+    )
+    return run_errand(services, state, errand, lambda: save_scene(scene, path))
+
+
+def _saved(services: Services, state: AppState, path: Path, then: AppState) -> AppState:
+    """Notes what was saved; what changed since is unsaved still."""
+    if state.scene is not then.scene:
+        return state  # another document is open by now
+    is_same = state.timeline.path == then.timeline.path
+    timeline = then.timeline if is_same else replace(state.timeline, saved=then.timeline.path)
+    state = replace(state, path=path, name=path.name, saved=then.saved, timeline=timeline)
     note_document(services, state, path)
     state = state.with_toast(f"Saved {path.name}.", "done")
-    then = state.after
-    return then(replace(state, after=None)) if then is not None else state
+    after = state.after
+    return after(replace(state, after=None)) if after is not None else state
+
+
+# ------------------------------------------------------------------ errands
+
+
+def run_errand(services: Services, state: AppState, errand: Errand, work: Callable[[], object]) -> AppState:
+    """Begins work on a file; whoever does it at once has done it when this returns."""
+    if state.errand is not None:
+        return state.with_toast(f"One moment: {state.errand.line[:1].lower()}{state.errand.line[1:]} …")
+    services.errands.start(errand, work)
+    return follow_errand(services, replace(state, errand=errand))
+
+
+def follow_errand(services: Services, state: AppState) -> AppState:
+    """Takes over what became of a file; called every frame."""
+    ended = services.errands.poll()
+    if ended is None:
+        return state
+    errand, result, fault = ended
+    state = replace(state, errand=None)
+    done: AppState = errand.failed(services, state, fault) if fault else errand.done(services, state, result)
+    return done
 
 
 # ------------------------------------------------------------------ dialogs

@@ -121,7 +121,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} M", "Save the film", "File", (K.m,), cmd.AskFilm, ctrl=True),
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
     Binding("F2", "Rename the level here", "Panels", (K.f2,), cmd.BeginRename),
-    Binding("Del", "Delete the selected key or this level", "Panels", (K.delete,), cmd.DeleteHere),
+    Binding(f"{MODIFIER} Del", "Delete the level here", "Panels", (K.delete,), cmd.DeleteHere, ctrl=True),
     Binding("U", "History", "Panels", (K.u,), lambda: cmd.Toggle("history")),
     Binding("O", "Where you are in the photo", "Panels", (K.o,), lambda: cmd.Toggle("locator")),
     Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),

@@ -14,6 +14,7 @@ from wzviewer.app.apply import apply, drain, preview, tick
 from wzviewer.app.dialogs import SystemDialogs
 from wzviewer.app.documents import demo_photo
 from wzviewer.app.drawing import BACKGROUND, SceneDrawing
+from wzviewer.app.errands import OnThread
 from wzviewer.app.input import Hand, read_input
 from wzviewer.app.journal import Journal, JournalFolder, NoJournal
 from wzviewer.app.layout import Rect, arrange
@@ -67,7 +68,8 @@ class App:
         settings, complaint = store.load()
         renderer = renderer or SceneDrawing(window.context, rasterizer=settings.rasterizer)
         kept = (store, journal or NoJournal())
-        self.services = Services(client, renderer, SystemDialogs(), *kept, recents=recents or NoRecents())
+        services = Services(client, renderer, SystemDialogs(), *kept, recents=recents or NoRecents())
+        self.services = replace(services, errands=OnThread())
         self.state = replace(empty_state(*window.size_px), settings=settings)
         if complaint:
             self.state = self.state.with_toast(complaint, "error")
@@ -117,6 +119,7 @@ class App:
 
     def close(self) -> None:
         """Ends the worker and frees everything."""
+        self.services.errands.close()  # what is being saved is saved
         self.services.client.close()
         self.services.journal.close()
         self.services.filmer.close()
@@ -216,7 +219,7 @@ class App:
     def _wait_s(self) -> float:
         state = self.state
         has_toasts = any(toast.is_alive(state.now_s) for toast in state.toasts)
-        is_busy = has_toasts or state.job is not None or state.film is not None
+        is_busy = has_toasts or state.job is not None or state.film is not None or state.errand is not None
         return wait_s(self.state.is_moving or not self.services.renderer.is_settled, is_busy)
 
     def _name_window(self) -> None:

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from imgui_bundle import imgui
 
+from wzviewer.app.errands import AtOnce, Errands
 from wzviewer.app.filming import Filmer, FilmProcess
 from wzviewer.app.journal import Journal, NoJournal
 from wzviewer.app.logbook import Logbook
@@ -152,4 +153,5 @@ class Services:
     filmer: Filmer = field(default_factory=FilmProcess)
     recents: RecentStore = field(default_factory=NoRecents)
     log: Logbook = field(default_factory=Logbook)
+    errands: Errands = field(default_factory=AtOnce)
     copy: Callable[[str], None] = imgui.set_clipboard_text

@@ -13,6 +13,7 @@ import numpy as np
 
 from wzviewer.app.changes import History
 from wzviewer.app.commands.base import Command
+from wzviewer.app.errands import Errand
 from wzviewer.app.journal import Leftover
 from wzviewer.app.look import Look
 from wzviewer.app.overlays import LogView, PaletteView
@@ -280,6 +281,7 @@ class AppState:
         palette: of all commands.
         log: its window.
         recents: files that were open lately.
+        errand: what is being done to a file, or None.
         next_path: to be opened once the running request has stopped.
         is_closing: whether the loop ends.
     """
@@ -319,6 +321,7 @@ class AppState:
     palette: PaletteView = field(default_factory=PaletteView)
     log: LogView = field(default_factory=LogView)
     recents: Recents = field(default_factory=Recents)
+    errand: Errand | None = None
     next_path: Path | None = None
     now_s: float = 0.0
     is_worker_ready: bool = False

@@ -99,6 +99,14 @@ class Scene:
         self.unknown_fields: dict[str, Any] = {}  # of the file it came from; kept when saved
         self.revision = 0  # grows with every change, so that a renderer knows when to look
 
+    def copy(self) -> "Scene":
+        """Returns a scene of the same levels that does not follow what becomes of this one."""
+        other = Scene()
+        other._levels, other._committed = list(self._levels), list(self._committed)
+        other._marks, other._hidden = dict(self._marks), set(self._hidden)
+        other.unknown_fields, other.revision = dict(self.unknown_fields), self.revision
+        return other
+
     @classmethod
     def load(cls, path: str | Path) -> "Scene":
         """Reads a scene file; see `core.files.load_scene`."""

@@ -57,7 +57,8 @@ def _line(state: AppState, room: float) -> str:
     has_auto = state.settings.auto_detail and count > 0
     auto = [f"{icons.ICON_FA_WAND_MAGIC_SPARKLES} auto detail"] if has_auto else []
     levels = [f"{count} levels"] if count > 1 else []
-    whole = " · ".join([*auto, state.name, *levels])
+    errand = [f"{state.errand.line} …"] if state.errand is not None else []
+    whole = " · ".join([*errand, *auto, state.name, *levels])
     if imgui.calc_text_size(whole).x <= room or not auto + levels:
         return elided(whole, room)
     return " · ".join(auto + levels)
