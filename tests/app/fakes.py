@@ -88,6 +88,7 @@ class FakeClient:
     def __init__(self) -> None:
         self.calls: list[tuple[object, ...]] = []
         self.seeds: list[int] = []
+        self.cutouts: list[np.ndarray] = []
         self.refuses: set[str] = set()
         self.fails = False
         self.is_busy = False
@@ -125,6 +126,7 @@ class FakeClient:
     ) -> int:
         self.calls.append(("synthesize", parent, prompt))
         self.seeds.append(seed)
+        self.cutouts += [] if cutout is None else [cutout]
         request_id = self._begin()
         if prompt in self.refuses:
             drop = ev.LevelDropped(
@@ -197,6 +199,11 @@ class FakeRenderer:
     ) -> "FakePicture":
         return FakePicture(camera.width, camera.height)
 
+    def picture(self, camera: Camera, look: Look = PLAIN, transparent: bool = False) -> np.ndarray:
+        colors = checker(camera.width, camera.height)
+        alpha = np.full((camera.height, camera.width, 1), 128, np.uint8)
+        return np.concatenate([colors, alpha], -1) if transparent else colors
+
     def pick(self, camera: Camera, x_px: float, y_px: float) -> tuple[float, int] | None:
         return 1.0, 0
 
@@ -234,6 +241,9 @@ class FakeDialogs:
         return self.answers is not None
 
     def ask_film(self, suggestion: str) -> bool:
+        return self.answers is not None
+
+    def ask_path(self, suggestion: str) -> bool:
         return self.answers is not None
 
     def poll(self) -> list[tuple[str, Path]]:

@@ -7,8 +7,9 @@ import pytest
 
 from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
+from wzviewer.app.aiming import level_camera, plan_level
 from wzviewer.app.apply import apply, drain
-from wzviewer.app.planning import level_camera, plan_level
+from wzviewer.app.generation import request
 from wzviewer.app.state import Goal, View, empty_state
 from wzviewer.app.viewing import advance
 from wzviewer.core.camera import Camera
@@ -90,6 +91,17 @@ def test_level_camera_has_the_windows_aspect():
     scene = make_scene(1)
     camera = level_camera(scene, Camera.initial(1600, 800))
     assert (camera.width, camera.height) == (136, 68)
+
+
+def test_what_auto_detail_makes_already_is_not_begun_again(services, state):
+    near = zoomed(state, 8.0)
+    near = request(services, near, goal_at(near, near.view.camera), is_auto=True)
+    asked = apply(services, near, [cmd.Generate()])
+    assert not asked.job.is_auto
+    assert asked.job.request_id == near.job.request_id
+    other = apply(services, near, [cmd.EditPrompt("a bird"), cmd.Generate()])
+    assert other.job.is_cancelling
+    assert other.goal.prompt == "a bird"
 
 
 def test_a_refusal_stands_at_the_prompt_until_it_changes(services, state):

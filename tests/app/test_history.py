@@ -7,7 +7,7 @@ import pytest
 from tests.app.fakes import fake_services, make_level, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
-from wzviewer.app.history import restored, wording
+from wzviewer.app.history import made, restored, wording
 from wzviewer.app.naming import name_in
 from wzviewer.app.state import Job
 from wzviewer.core.files import load_scene, save_scene
@@ -89,6 +89,26 @@ def test_a_deleted_level_offers_undo_until_something_else_changes(services):
     assert apply(services, state, [cmd.Undo()]).scene.visible() == [0, 1, 2]
     later = apply(services, state, [cmd.RenameLevel(1, "x")])
     assert not any(toast.command == cmd.Undo() for toast in later.toasts)
+
+
+def test_a_level_that_comes_does_not_end_redo(services):
+    state = apply(services, state_with(make_scene(3)), [cmd.Undo()])
+    level = state.scene[1]
+    camera = level.camera.zoomed_to_region(0.2, 0.5, 8.0)
+    state.scene.append(make_level(state.scene, 1, camera, level.image))
+    state.scene.commit(3)
+    state = made(state, 3)
+    assert state.scene.visible() == [0, 1, 3]
+    state = apply(services, state, [cmd.Redo()])
+    assert state.scene.visible() == [0, 1, 2, 3]
+    assert apply(services, state, [cmd.Undo(), cmd.Undo()]).scene.visible() == [0, 1]
+    assert wording(state.history.entries[1]) == "made finer detail"
+
+
+def test_undo_ends_auto_detail_which_nobody_asked_for(services):
+    state = making(state_with(make_scene(3)), parent=1)
+    state = apply(services, replace(state, job=replace(state.job, is_auto=True)), [cmd.Undo()])
+    assert state.job.is_cancelling
 
 
 def test_undo_leaves_another_level_in_the_making_alone(services):

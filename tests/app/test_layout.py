@@ -1,10 +1,12 @@
 """No two panels share a place, whatever the window."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import pytest
 
-from wzviewer.app.layout import arrange
+from wzviewer.app.layout import MARGIN_PT, arrange
+from wzviewer.app.panels.timeline import HEIGHT_PT
 from wzviewer.app.panels.wording import count_text, length_text, magnification_text
 
 
@@ -15,7 +17,8 @@ def test_panels_do_not_overlap(size, scale):
         pytest.skip("smaller than the smallest window")
     layout = arrange(*size, scale)
     standing = {
-        k: getattr(layout, k) for k in ("toolbar", "breadcrumb", "tree", "prompt", "scale_bar", "status")
+        k: getattr(layout, k)
+        for k in ("toolbar", "breadcrumb", "tree", "prompt", "scale_bar", "status", "locator")
     }
     for (a, one), (b, other) in combinations(standing.items(), 2):
         assert not one.overlaps(other), (a, b)
@@ -25,6 +28,18 @@ def test_panels_do_not_overlap(size, scale):
         assert rect.bottom <= size[1]
     assert layout.prompt.width >= 300 * scale or layout.prompt.width >= size[0] - 30 * scale
     assert not layout.tree.overlaps(layout.statistics)
+    above = replace(layout.stack, y=layout.prompt.y - 200 * scale, height=190 * scale)
+    assert not above.overlaps(layout.locator)
+    assert layout.stack == layout.prompt or not above.overlaps(layout.tree)
+    assert (layout.locator.width > 0) == (size[0] / scale > 708 and size[1] / scale >= 420)
+
+
+@pytest.mark.parametrize("size", [(900, 600), (1280, 800), (3840, 2160)])
+def test_nothing_stands_where_the_timeline_is(size):
+    foot = HEIGHT_PT + MARGIN_PT
+    layout = arrange(size[0], size[1] - foot, 1.0)
+    for rect in (layout.tree, layout.prompt, layout.scale_bar, layout.status, layout.statistics):
+        assert rect.bottom <= size[1] - foot
 
 
 def test_magnifications_read_well():

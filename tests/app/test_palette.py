@@ -31,8 +31,8 @@ def best(state, text):
     ("text", "title"),
     [
         ("undo", "Undo"),
-        ("film", "Film from the photo to here"),
-        ("sp", "Save the picture"),
+        ("film", "Save the film"),
+        ("sapi", "Save the picture"),
         ("picture save", "Save the picture"),
         ("svas", "Save as"),
         ("dark", "Panels: dark"),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from imgui_bundle import imgui
 
-from tests.app.fakes import WORDS, fake_services, make_scene, state_with
+from tests.app.fakes import WORDS, fake_services, make_level, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
 from wzviewer.app.journal import Leftover
@@ -15,10 +15,13 @@ from wzviewer.app.layout import arrange
 from wzviewer.app.naming import name_in
 from wzviewer.app.panels.branches import tree_rows
 from wzviewer.app.panels.help import COLUMNS, rows_of
-from wzviewer.app.prompting import with_prompt, with_vocabulary
+from wzviewer.app.prompting import with_phrase, with_prompt, with_vocabulary
+from wzviewer.app.region import Region
 from wzviewer.app.settings import Settings
-from wzviewer.app.state import Film, Job, Panels, StageNote, empty_state
+from wzviewer.app.state import Film, Goal, Job, Panels, StageNote, empty_state
+from wzviewer.app.wishes import Queue
 from wzviewer.core.marks import Mark
+from wzviewer.worker.models.builtin.objects import grammar
 
 CENTRE = (640, 400)
 
@@ -26,6 +29,11 @@ CENTRE = (640, 400)
 def making(state):
     notes = (StageNote(1, "new scale image", 0.0), StageNote(2, "depth registration", 1.0))
     return replace(state, job=Job(1, "level", "a bird", 0.0, notes, 0.3), now_s=2.0)
+
+
+def goal(prompt):
+    camera = state_with(make_scene(1)).view.home.zoomed_to_region(0.4, 0.4, 8.0)
+    return Goal(camera, prompt, camera.unproject(320, 210, 1.0))
 
 
 STATES = {
@@ -47,6 +55,23 @@ STATES = {
     ),
     "settings": lambda: replace(state_with(make_scene(2)), panels=Panels(settings=True)),
     "failed": lambda: state_with(make_scene(2)).with_toast("It failed.", "error", "Traceback " * 30, ""),
+    "waiting": lambda: replace(
+        making(state_with(make_scene(3))),
+        queue=Queue(tuple(goal(f"a thing with a long name {k}") for k in range(8))),
+        variants=2,
+    ),
+    "history": lambda: replace(state_with(make_scene(9)), panels=Panels(history=True)),
+    "materials": lambda: replace(
+        with_vocabulary(state_with(make_scene(2)), grammar.vocabulary()), panels=Panels(materials=True)
+    ),
+    "frame": lambda: replace(state_with(make_scene(2)), region=Region(camera=goal("").camera)),
+    "drawing": lambda: replace(
+        state_with(make_scene(2)), region=Region(is_drawing=True, start_px=(90.0, 80.0), end_px=(9.0, 2.0))
+    ),
+    "drop": lambda: replace(
+        state_with(make_scene(2)), panels=Panels(dialog="drop", dialog_path="/a/" + 9 * "long name " + ".png")
+    ),
+    "renaming": lambda: replace(state_with(make_scene(2)), renaming=1),
     "path": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="save", dialog_path="/x")),
 }
 
@@ -292,3 +317,88 @@ def test_one_panel_at_a_time_below_the_toolbar():
     assert state.panels.settings
     assert not state.panels.keep
     assert not apply(fake_services(), state, [cmd.Escape()]).panels.settings
+
+
+def test_the_right_button_offers_a_menu_and_escape_closes_only_that(screen):
+    state = state_with(make_scene(3))
+    rect = arrange(1280, 800, 1.0).tree
+    at = (rect.x + 100, rect.y + 6 + 62 + 30)
+    screen.click(state, *at, button=1)
+    assert imgui.is_popup_open("", imgui.PopupFlags_.any_popup.value)
+    assert screen.press(state, imgui.Key.escape) == []
+    assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup.value)
+    screen.click(state, *at, button=1)
+    found = set()
+    for y in range(0, 200, 14):
+        found |= set(screen.click(state, at[0] + 30, at[1] + y))
+        screen.click(state, *at, button=1)
+    assert {cmd.BeginRename(1), cmd.ShowLevel(1, False), cmd.DeleteLevel(1), cmd.Another(1)} <= found
+
+
+def test_the_eye_of_a_hidden_level_shows_it(screen):
+    scene = make_scene(3)
+    scene.hide(1)
+    rect = arrange(1280, 800, 1.0).tree
+    eye = (rect.right - 6 - 15, rect.y + 6 + 62 + 29)
+    assert screen.click(state_with(scene), *eye) == [cmd.ShowLevel(1, True)]
+    assert screen.click(state_with(make_scene(3)), *eye) == [cmd.ShowLevel(1, False)]
+
+
+def test_a_name_is_edited_in_place(screen):
+    state = replace(state_with(make_scene(3)), renaming=1)
+    for _ in range(3):
+        screen.frame(state)
+    screen.io.add_input_characters_utf8("wing")  # in place of what is selected
+    screen.frame(state)
+    assert screen.press(state, imgui.Key.enter) == [cmd.RenameLevel(1, "wing")]
+    screen.frame(replace(state, renaming=None))
+    for _ in range(3):
+        screen.frame(state)
+    screen.io.add_input_characters_utf8("leg")
+    screen.frame(state)
+    assert screen.press(state, imgui.Key.escape) == [cmd.EndRename()]
+
+
+def test_branches_know_where_lines_pass_by():
+    scene = make_scene(3)
+    for x in (0.2, 0.8):
+        camera = scene[0].camera.zoomed_to_region(x, 0.5, 8.0)
+        scene.append(make_level(scene, 0, camera, scene[1].image))
+        scene.commit(len(scene) - 1)
+    rows = {row.index: row for row in tree_rows(scene)}
+    assert list(rows) == [0, 1, 2, 3, 4]
+    assert rows[2].passing == {1}  # the line of the photo's other children
+    assert [rows[i].is_last for i in (1, 2, 3, 4)] == [False, True, False, True]
+
+
+def test_a_click_on_a_step_of_the_history_goes_there(screen):
+    state = replace(state_with(make_scene(4)), panels=Panels(history=True))
+    bar = arrange(1280, 800, 1.0).toolbar
+    found = set()
+    for y in range(int(bar.bottom) + 45, int(bar.bottom) + 200, 15):
+        found |= set(screen.click(state, bar.x + 120, y))
+    assert found >= {cmd.JumpInHistory(k) for k in range(4)}
+
+
+def test_a_notice_may_offer_a_command(screen):
+    state = state_with(make_scene(1)).with_toast("Deleted.", button="Undo", command=cmd.Undo())
+    state = replace(state, now_s=1.0)
+    rect = arrange(1280, 800, 1.0).toasts
+    assert screen.click(state, rect.right - 30, rect.y + 20) == [cmd.Undo(), cmd.DismissToast("Deleted.")]
+    assert state.toasts[0].is_alive(8.0)
+
+
+def test_materials_go_into_the_line_and_out_again(screen):
+    words = replace(WORDS, coverings=("covered in moss",), substances=("made of gold",))
+    state = replace(with_vocabulary(state_with(make_scene(1)), words), panels=Panels(materials=True))
+    rect = arrange(1280, 800, 1.0).stack
+    found = set()
+    for y in range(int(rect.y) - 110, int(rect.y) - 10, 8):
+        found |= set(screen.click(state, rect.x + 30, y))
+    assert found == {cmd.AddPhrase("covered in moss")}  # nothing is named that could be made of gold
+    assert with_phrase("", "covered in moss") == "covered in moss"
+    gold = with_phrase("a ladybug, covered in moss", "made of gold")
+    assert gold == "a ladybug made of gold, covered in moss"
+    assert with_phrase(gold, "made of ice") == "a ladybug made of ice, covered in moss"
+    assert with_phrase(gold, "made of gold") == "a ladybug, covered in moss"
+    assert with_phrase(gold, "covered in moss") == "a ladybug made of gold"

@@ -7,9 +7,11 @@ import pytest
 from tests.app.fakes import fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
+from wzviewer.app.generation import ask
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.branches import tree_rows
 from wzviewer.app.panels.variants import draw_variants
+from wzviewer.app.state import Goal
 from wzviewer.app.variants import SEED_STRIDE, group_of
 from wzviewer.core.files import load_scene, save_scene
 
@@ -105,6 +107,21 @@ def test_a_deleted_variant_leaves_the_group_and_its_seed_is_not_used_again(servi
     assert group_of(state.scene, 2) == (2,)
     state = settle(services, apply(services, state, [cmd.Another(2)]))
     assert [level.seed for level in state.scene][1:] == [0, SEED_STRIDE, 2 * SEED_STRIDE]
+
+
+def test_the_open_strip_says_what_another_is_of(services):
+    state = with_variants(services, 2)
+    near = state.scene[2].camera.zoomed_to_region(0.5, 0.5, 8.0)
+    focus = state.scene[2].frame.origin
+    goal = Goal(near, "a key", focus)
+    state = settle(services, ask(services, state, goal))
+    assert state.scene[3].prompt == "a key"
+    state = settle(services, apply(services, state, [cmd.Another()]))
+    assert (state.scene[4].parent, state.scene[4].prompt) == (0, "thing 1")
+    state = apply(services, state, [cmd.Escape()])
+    assert state.variants is None
+    state = settle(services, apply(services, state, [cmd.ChooseVariant(2), cmd.Escape(), cmd.Another()]))
+    assert (state.scene[5].parent, state.scene[5].prompt) == (2, "a key")
 
 
 def test_there_is_no_other_photo(services):

@@ -140,7 +140,8 @@ def test_a_recent_file_is_one_click_away(walk, photo, tmp_path):
     save_scene(make_scene(2), tmp_path / "s.wz")
     walk.drop(tmp_path / "s.wz")
     walk.drop(photo)
-    walk.wait_until(lambda state: state.job is None and state.scene.is_committed(0))
+    walk.click("Open it")  # and not into the scene that is open
+    walk.wait_until(lambda state: state.job is None and state.name == "photo.png")
     walk.app.services.recents.wait()
     again = RecentFolder(tmp_path / "state")
     again.wait()

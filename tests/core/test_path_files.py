@@ -128,6 +128,9 @@ def test_a_list_of_exact_cameras_is_read_as_before(tmp_path):
 ENTRY = {"camera_to_world": np.eye(4).ravel().tolist(), "fov": 50.0, "aspect": 1.5}
 
 
+EXACT = camera_to_json(Camera.initial(*SIZE))
+
+
 def with_entry(**changes):
     return json.dumps({"camera_path": [{**ENTRY, **changes}]})
 
@@ -161,6 +164,9 @@ HOSTILE = {
     "fps": json.dumps({"fps": 0, "camera_path": [ENTRY]}),
     "too many keys": json.dumps({"keyframes": [{}] * 5000, "camera_path": [ENTRY]}),
     "text matrix": json.dumps({"keyframes": [{"matrix": "[1,", "fov": 50}]}),
+    "zoomed beyond all": json.dumps({"frames": [{**EXACT, "fx": 1e300, "fy": 1e300}]}),
+    "squeezed": json.dumps({"frames": [{**EXACT, "fx": 1e9}]}),
+    "shifted beyond all": json.dumps({"frames": [{**EXACT, "cx": 1e200}]}),
     "exact camera broken": with_entry(wzviewer={"camera": {"fx": "x"}}),
 }
 
@@ -174,6 +180,27 @@ def test_hostile_files_are_refused_in_a_line(tmp_path, text):
     assert str(path) in refusal.value.line()
     assert len(refusal.value.line()) < len(str(path)) + 200
     assert "\n" not in refusal.value.line()
+
+
+def test_whatever_is_accepted_can_be_played():
+    """Keys anywhere, of any zoom, looking anywhere: every camera between them is finite."""
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        keys = []
+        for _ in range(4):
+            camera = Camera.initial(*SIZE)
+            pivot = rng.normal((0.0, 0.0, 2.0), 1.0)
+            camera = navigation.orbited(camera, pivot, *rng.normal(0, 2, 2))
+            camera = camera.zoomed(*rng.uniform(0, 200, 2), 10.0 ** rng.uniform(-3, 11))
+            entry = {"matrix": world_from_gl(facing(camera)).ravel().tolist(), "fov": fov_deg(facing(camera))}
+            entry[OWN] = {"camera": camera_to_json(camera), "focus": (10.0 ** rng.uniform(-9, 8, 3)).tolist()}
+            entry |= {"override_transition_enabled": True, "override_transition_sec": rng.uniform(0, 3)}
+            keys.append(entry)
+        path = path_of({"keyframes": keys, "is_cycle": bool(rng.integers(2))}).keys
+        for camera in KeyTrack(path, (64, 48)).cameras(4.0):
+            numbers = [*camera.camera_from_world.ravel(), camera.fx, camera.fy, camera.cx, camera.cy]
+            assert np.isfinite(numbers).all()
+            assert camera.fx > 0
 
 
 def test_missing_and_enormous_files_are_refused(tmp_path):

@@ -2,7 +2,15 @@ import cv2
 import numpy as np
 import pytest
 
-from wzviewer.core.photos import check_writable, decode_png, encode_png, finer_photo, fit_photo, load_photo
+from wzviewer.core.photos import (
+    check_writable,
+    decode_png,
+    encode_png,
+    finer_photo,
+    fit_photo,
+    load_cutout,
+    load_photo,
+)
 from wzviewer.errors import InputError, OutputError
 
 
@@ -113,3 +121,26 @@ def test_writability_is_known_beforehand(tmp_path):
         check_writable(tmp_path)
     with pytest.raises(OutputError, match="no such folder"):
         check_writable(tmp_path / "none" / "a.wz")
+
+
+def test_a_cutout_keeps_its_transparency_and_its_edges_their_colour(tmp_path):
+    pixels = np.zeros((80, 120, 4), np.uint8)
+    pixels[..., :3] = (0, 0, 255)  # what is transparent is blue
+    pixels[20:60, 31:91] = (200, 40, 20, 255)
+    whole = load_cutout(write(tmp_path / "c.png", pixels))
+    np.testing.assert_array_equal(whole, pixels)
+    small = load_cutout(tmp_path / "c.png", 40)
+    assert small.shape == (27, 40, 4)
+    edge = (small[..., 3] > 20) & (small[..., 3] < 250)
+    assert edge.any()
+    assert small[edge][:, 2].max() <= 21  # no blue came in: measured 20
+
+
+def test_a_photo_as_a_cutout_is_opaque(tmp_path, gradient):
+    rgba = load_cutout(write(tmp_path / "p.png", gradient))
+    np.testing.assert_array_equal(rgba[..., :3], gradient)
+    assert (rgba[..., 3] == 255).all()
+    deep = np.dstack([gradient, np.full(gradient.shape[:2], 128)]).astype(np.uint16) * 257
+    assert load_cutout(write(tmp_path / "d.png", deep))[0, 0, 3] == 128
+    with pytest.raises(InputError):
+        load_cutout(tmp_path / "missing.png")

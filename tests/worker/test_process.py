@@ -149,3 +149,18 @@ def test_a_prompt_that_is_not_understood_is_refused_with_the_known_words(session
     dropped = session.wait_for(LevelDropped)
     assert dropped.bad_input
     assert "ladybug" in dropped.hint
+
+
+def test_a_cutout_travels_to_the_worker_and_becomes_a_level(session):
+    pixels = np.zeros((40, 30, 4), np.uint8)
+    pixels[5:35, 5:25] = (250, 20, 240, 255)
+    camera = session.scene[0].camera.zoomed_to_region(0.3, 0.7, 8.0)
+    session.client.synthesize(0, camera, "a magenta card, not read", 4, pixels)
+    level = session.wait_for(LevelFinished).level
+    red, green, blue = level.image.astype(int).transpose(2, 0, 1)
+    share = ((red > green + 80) & (blue > green + 80)).mean()
+    assert 0.05 < share < 0.4  # measured 0.16 of the picture
+    assert level.prompt == "a magenta card, not read"
+    assert level.notes["cutout"] is True
+    session.client.synthesize(0, camera, "nothing", 4, np.zeros((40, 30, 4), np.uint8))
+    assert session.wait_for(LevelDropped).bad_input

@@ -7,12 +7,15 @@
     worker ── events ──► AppState ◄── apply ◄── commands (frozen, imperative)
       ▲                     │          │
       │                     │          ├─ viewing      zoom, orbit, pan, fly, fly-to        line 8
+      │                     │          ├─ locating     where in the photo;  framing  the next camera
       │                     │          ├─ trail        back and forward
-      └─ requests ──────────┼──────────┼─ generation   E_0, E_{i+1}, cancel                 lines 1, 10
+      └─ requests ──────────┼──────────┼─ generation   E_0, E_{i+1}, cancel, the queue      lines 1, 10
+                            │          ├─ varying      another seed, and which variant is seen
                             │          ├─ prompting    known words, refusal;  auto  asks by itself
-                            │          ├─ documents    open, save, close;  recovery  autosave
-                            │          ├─ keeping      picture, command, film
-                            │          ├─ history      undo and redo: hide and show
+                            │          ├─ documents    open, save, close;  dropping;  recovery  autosave
+                            │          ├─ keeping      picture, command, film;  shooting  which
+                            │          ├─ directing    keys of a film, and its preview
+                            │          ├─ history      undo and redo of all that changes the scene
                             │          ├─ reopening    recent files;  hint  once, on the first photo
                             │          ├─ summoning    palette of commands, log window
                             │          └─ preferring   settings;  notices  details and retry

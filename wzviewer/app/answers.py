@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.directing import open_camera_path, save_camera_path
 from wzviewer.app.documents import open_path, save_to, without_dialog
 from wzviewer.app.keeping import make_film, save_picture
 from wzviewer.app.services import Services
@@ -24,4 +25,8 @@ def answered(services: Services, state: AppState, kind: str, path: Path) -> AppS
         return save_to(services, state, cmd.SaveTo(path))
     if kind == "film":
         return make_film(services, state, cmd.MakeFilm(path))
+    if kind == "open path":
+        return open_camera_path(services, state, cmd.OpenCameraPath(path))
+    if kind == "save path":
+        return save_camera_path(services, state, cmd.SaveCameraPath(path))
     return save_picture(services, state, cmd.SavePicture(path)) if kind == "picture" else state

@@ -12,7 +12,9 @@ from typing import Any
 from wzviewer.app import (
     answers,
     auto,
+    directing,
     documents,
+    dropping,
     framing,
     generation,
     hint,
@@ -24,6 +26,7 @@ from wzviewer.app import (
     prompting,
     recovery,
     reopening,
+    shooting,
     summoning,
     trail,
     varying,
@@ -74,13 +77,24 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
         return replace(state, panels=closed)
     if panels.start:
         return replace(state, panels=replace(panels, start=False))
+    if state.timeline.is_playing:
+        return directing.toggle_play(services, state, cmd.TogglePlay())
     if panels.help:
         return replace(state, panels=replace(panels, help=False))
     if state.region.is_drawing or state.region.camera is not None:
         return replace(state, region=Region())
     if generation.is_busy(state) or state.queue.goals:
         return generation.cancel(services, state, cmd.CancelJob())
+    if state.variants is not None:
+        return replace(state, variants=None)
     return replace(state, refusal="", view=replace(state.view, flight=None))
+
+
+def delete(services: Services, state: AppState, command: cmd.DeleteHere) -> AppState:
+    """Deletes what is in hand: the selected key of the timeline, else the level here."""
+    if state.panels.timeline and state.timeline.selected is not None:
+        return directing.delete_key(services, state, cmd.DeleteKey())
+    return history.delete_here(services, state, command)
 
 
 HANDLERS: dict[type[cmd.Command], Handler] = {
@@ -116,7 +130,7 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.JumpInHistory: history.jump,
     cmd.ShowLevel: history.show_level,
     cmd.DeleteLevel: history.delete_level,
-    cmd.DeleteHere: history.delete_here,
+    cmd.DeleteHere: delete,
     cmd.RenameLevel: history.rename_level,
     cmd.BeginRename: history.begin_rename,
     cmd.EndRename: history.end_rename,
@@ -125,6 +139,8 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.ChooseVariant: varying.choose,
     cmd.StepVariant: varying.step,
     cmd.Open: documents.open_path,
+    cmd.Drop: dropping.drop,
+    cmd.SettleDrop: dropping.settle_drop,
     cmd.OpenDemo: documents.open_demo,
     cmd.RemoveRecent: reopening.remove,
     cmd.ClearRecents: reopening.clear,
@@ -133,11 +149,30 @@ HANDLERS: dict[type[cmd.Command], Handler] = {
     cmd.SaveTo: documents.save_to,
     cmd.AskPicture: keeping.ask_picture,
     cmd.SavePicture: keeping.save_picture,
-    cmd.SetPictureSize: keeping.set_size,
+    cmd.SetPictureSize: shooting.set_size,
     cmd.CopyView: keeping.copy_view,
     cmd.AskFilm: keeping.ask_film,
     cmd.MakeFilm: keeping.make_film,
     cmd.CancelFilm: keeping.cancel_film,
+    cmd.SetPlan: shooting.set_plan,
+    cmd.AddKey: directing.add_key,
+    cmd.UpdateKey: directing.update_key,
+    cmd.DeleteKey: directing.delete_key,
+    cmd.SelectKey: directing.select_key,
+    cmd.StepKey: directing.step_key,
+    cmd.RetimeKey: directing.retime_key,
+    cmd.SetKeySeconds: directing.set_key_seconds,
+    cmd.SetKeyPace: directing.set_key_pace,
+    cmd.ScrubTo: directing.scrub_to,
+    cmd.TogglePlay: directing.toggle_play,
+    cmd.ToggleLoop: directing.toggle_loop,
+    cmd.FillKeys: directing.fill_keys,
+    cmd.PlanKeysFilm: directing.plan_keys_film,
+    cmd.ClearKeys: directing.clear_keys,
+    cmd.BringBackKeys: directing.bring_back_keys,
+    cmd.AskPath: directing.ask_path,
+    cmd.OpenCameraPath: directing.open_camera_path,
+    cmd.SaveCameraPath: directing.save_camera_path,
     cmd.Close: documents.close,
     cmd.SettleUnsaved: documents.settle_unsaved,
     cmd.SettleRecovery: recovery.settle_recovery,
@@ -186,12 +221,20 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
     return _guarded(generation.next_wish, services, state, None)
 
 
+def preview(services: Services, state: AppState, dt_s: float) -> AppState:
+    """Lets the timeline's preview go on for a frame."""
+    return _guarded(lambda _, before, seconds: directing.play(before, seconds), services, state, dt_s)
+
+
 def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     """What the app does by itself once a frame has been answered."""
-    state = framing.aim(trail.note_place(state))
+    is_previewing = directing.is_previewing(state)
+    state = state if is_previewing else framing.aim(trail.note_place(state))
     recovery.keep(services, state)
     state = keeping.follow_film(services, state)
     state = reopening.follow(services, state)
+    if is_previewing:  # nobody has come to look: no detail is asked for
+        return state
     return _guarded(auto.ask_for_detail, services, state, is_typing)
 
 

@@ -8,8 +8,8 @@ refused is left alone until the view moves.
 from dataclasses import replace
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.aiming import plan_level
 from wzviewer.app.generation import request
-from wzviewer.app.planning import plan_level
 from wzviewer.app.preferring import with_settings
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal

@@ -70,6 +70,13 @@ class History:
         entries = (*self.entries[: self.at], entry)
         return History(entries, len(entries))
 
+    def with_made(self, entry: Entry) -> "History":
+        """Returns the history with a level that has just come; what redo can bring back stays.
+
+        It comes in its own time, which must not end what the user is going back and forth through.
+        """
+        return History((*self.entries[: self.at], entry, *self.entries[self.at :]), self.at + 1)
+
 
 def marked(scene: Scene, kind: EntryKind, what: str, marks: Mapping[int, Mark]) -> Entry:
     """Sets marks; returns the entry that remembers those before."""

@@ -40,8 +40,15 @@ class SystemDialogs:
 
     def ask_film(self, suggestion: str) -> bool:
         """Shows the dialog for a film; False when the system has none."""
-        filters = ["Film", "*.mp4"]
+        filters = ["Film", "*.mp4 *.gif"]
         return self._start("film", lambda: pfd.save_file("Save the film", suggestion, filters))
+
+    def ask_path(self, suggestion: str) -> bool:
+        """Shows the dialog for a camera path, or to open one; False when the system has none."""
+        filters = ["Camera path", "*.json"]
+        if not suggestion:
+            return self._start("open path", lambda: pfd.open_file("Open a camera path", "", filters))
+        return self._start("save path", lambda: pfd.save_file("Save the camera path", suggestion, filters))
 
     def poll(self) -> Sequence[tuple[str, Path]]:
         """Returns the answer, once there is one: (open, save or picture; path)."""

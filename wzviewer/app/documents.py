@@ -11,6 +11,7 @@ from wzviewer.app.history import restored
 from wzviewer.app.reopening import note_document
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
+from wzviewer.app.timeline import FIELD, keep, timeline_of
 from wzviewer.core.camera import Camera
 from wzviewer.core.files import is_scene_file, load_scene, save_scene
 from wzviewer.core.photos import finer_photo, fit_photo, load_photo
@@ -98,6 +99,7 @@ def _open(services: Services, state: AppState, path: Path) -> AppState:
         film=state.film,
         recents=state.recents,
         log=state.log,
+        plan=state.plan,
     )
     if scene is not None:
         fresh = with_scene(services, fresh, scene, path)
@@ -118,7 +120,17 @@ def with_scene(services: Services, state: AppState, scene: Scene, path: Path | N
     view = View.at_home(scene[0].camera, state.view.camera.width, state.view.camera.height)
     centre = view.camera.unproject(view.camera.width / 2, view.camera.height / 2, scene[0].anchor_depth)
     state = replace(state, view=replace(view, focus=centre), scene=scene, path=path)
+    state = with_timeline(state)
     return replace(state, history=restored(scene), saved=(state.num_finished, scene.marks))
+
+
+def with_timeline(state: AppState) -> AppState:
+    """Returns the state with the keyframes that the scene was saved with."""
+    camera = state.view.camera
+    found = timeline_of(state.scene.unknown_fields.get(FIELD), (camera.width, camera.height))
+    if found is None:
+        return state.with_toast("The keyframes in this file are damaged: the timeline is empty.", "error")
+    return replace(state, timeline=found)
 
 
 # ------------------------------------------------------------------ saving
@@ -137,12 +149,13 @@ def save(services: Services, state: AppState, command: cmd.Save) -> AppState:
 def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppState:
     """Saves to a file, and goes on with what was waiting for it."""
     path = command.path if command.path.suffix else command.path.with_suffix(SCENE_SUFFIX)
+    timeline = keep(state.timeline, state.scene.unknown_fields)
     try:
         save_scene(state.scene, path)
     except (WzError, OSError) as error:
         return state.with_toast(str(error), "error")
     saved = (state.num_finished, state.scene.marks)
-    state = replace(state, path=path, name=path.name, saved=saved)
+    state = replace(state, path=path, name=path.name, saved=saved, timeline=timeline)
     note_document(services, state, path)
     state = state.with_toast(f"Saved {path.name}.", "done")
     then = state.after

@@ -14,6 +14,7 @@ from wzviewer.gl.context import GlContext
 from wzviewer.gl.frame import Frame, FrameStats, Output, RenderSettings
 from wzviewer.gl.present import Presenter
 from wzviewer.gl.renderer import RasterizerName, SurfelRenderer
+from wzviewer.gl.tiles import tiled
 from wzviewer.gl.timing import FrameTimer
 
 UPLOAD_BYTES = 4 << 20  # to the renderer in a frame, so that an arriving level costs no stutter
@@ -133,6 +134,22 @@ class SceneDrawing:
     def is_settled(self) -> bool:
         """Whether the last picture is the exact one for its camera."""
         return self._picture is None or self._picture[1].stats.is_exact
+
+    def picture(self, camera: Camera, look: Look = PLAIN, transparent: bool = False) -> ByteArray:
+        """Renders at full quality, in tiles where it is large.
+
+        Args:
+            camera: the whole view, of any size.
+            look: how it is drawn; false colours have a background, and are drawn in one piece.
+            transparent: leave the background out.
+
+        Returns:
+            (h, w, 3) uint8, or (h, w, 4) with coverage as straight alpha.
+        """
+        if look.mode != "picture":
+            return self.draw(camera, look=look).read_color8()
+        self._picture = None  # a frame is valid until the next one
+        return tiled(self._renderer, camera, self._looked(look, is_coarse=False), transparent)
 
     def pick(self, camera: Camera, x_px: float, y_px: float) -> tuple[float, int] | None:
         """Returns depth in world units and level index at a pixel; None on emptiness."""

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import viewing
-from wzviewer.app.planning import closer, plan_level
+from wzviewer.app.aiming import closer, plan_level
 from wzviewer.app.region import SMALLEST_PX, Region, drawn_frame, framed
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal

@@ -1,21 +1,21 @@
 """Asking Thread 2 for levels, and taking over what it makes (Algorithm 1, lines 1 and 10-32).
 
-One request runs at a time.  What is asked for meanwhile waits in a queue (`wishes`); `planning` says how
+One request runs at a time.  What is asked for meanwhile waits in a queue (`wishes`); `aiming` says how
 a goal is reached.
 """
 
 from dataclasses import replace
 
 from wzviewer.app import commands as cmd
+from wzviewer.app.aiming import STEP_MAX, closer, plan_level, plan_variant
 from wzviewer.app.history import made
 from wzviewer.app.naming import name_in
 from wzviewer.app.picking import world_point
-from wzviewer.app.planning import STEP_MAX, closer, plan_level, plan_variant
 from wzviewer.app.prompting import refusal_of, with_prompt, with_vocabulary
 from wzviewer.app.region import Region
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal, Job, StageNote, View
-from wzviewer.app.variants import group_of, next_seed
+from wzviewer.app.variants import can_vary, group_of, next_seed
 from wzviewer.app.viewing import fly_to
 from wzviewer.app.wishes import AGAIN_S, MAX_WAITING, Queue
 from wzviewer.core.scene import Level
@@ -34,7 +34,12 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
     refusal = refusal_of(state.prompt, state.reading)
     if refusal:  # at once, and not after a flight
         return replace(state, refusal=refusal)
-    goal = replace(goal_here(services, state), count=command.count)
+    state = replace(state, panels=replace(state.panels, materials=False))
+    return ask_at(services, state, replace(goal_here(services, state), count=command.count))
+
+
+def ask_at(services: Services, state: AppState, goal: Goal) -> AppState:
+    """Asks for a goal in the view or in the frame that was drawn, and flies to the frame."""
     if plan_level(state.scene, goal) is None:
         return state.with_toast("There is no picture at the centre of the view. Pan onto it first.", "error")
     has_frame = state.region.camera is not None
@@ -60,14 +65,28 @@ def goal_here(services: Services, state: AppState) -> Goal:
 
 def ask(services: Services, state: AppState, goal: Goal) -> AppState:
     """Asks for a goal: now, or once what runs has ended.  Then the prompt line is free again."""
+    if state.job is not None and state.job.is_auto and _is_wanted(state.job, goal):
+        return replace(state, job=replace(state.job, is_auto=False))
     if state.job is not None and state.job.is_auto:  # of auto detail: it makes room for what was asked for
         services.client.cancel()
         job = replace(state.job, is_cancelling=True)
-        return with_prompt(replace(state, job=job, goal=goal, is_goal_waiting=True), "")
+        return _taken(replace(state, job=job, goal=goal, is_goal_waiting=True), goal)
     if is_busy(state):
         return _wait(state, goal)
     after = begin(services, state, goal)
-    return with_prompt(after, "") if is_busy(after) else after
+    return _taken(after, goal) if is_busy(after) else after
+
+
+def _is_wanted(job: Job, goal: Goal) -> bool:
+    """Whether auto detail is making what is now asked for."""
+    is_same = job.goal is not None and _is_same(job.goal, goal)
+    return is_same and goal.count == 1 and not job.is_cancelling
+
+
+def _taken(state: AppState, goal: Goal) -> AppState:
+    """The line is free again, if it holds what was asked for."""
+    is_typed = goal.like is None and goal.cutout is None and goal.prompt == state.prompt.strip()
+    return with_prompt(state, "") if is_typed else state
 
 
 def is_busy(state: AppState) -> bool:
@@ -81,7 +100,7 @@ def _wait(state: AppState, goal: Goal) -> AppState:
         return state.with_toast("That is being made already. Move on, or type something to add.")
     if state.queue.is_full:
         return state.with_toast(f"{MAX_WAITING} are waiting already. One moment.")
-    return with_prompt(replace(state, queue=state.queue.with_last(goal)), "")
+    return _taken(replace(state, queue=state.queue.with_last(goal)), goal)
 
 
 def _is_same(one: Goal, other: Goal) -> bool:
@@ -124,10 +143,10 @@ def request(services: Services, state: AppState, goal: Goal, is_auto: bool = Fal
     if plan is None:
         return state
     is_last = plan.step <= STEP_MAX
-    prompt = goal.prompt if is_last else ""
+    prompt, cutout = (goal.prompt, goal.cutout) if is_last else ("", None)
     seed = len(state.scene) if goal.like is None else next_seed(state.scene, goal.like)
     try:
-        request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed=seed)
+        request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed, cutout)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
     job = Job(request_id, "level", prompt, state.now_s, is_auto=is_auto, parent=plan.parent, goal=goal)
@@ -245,7 +264,8 @@ def _finish(services: Services, state: AppState, level: Level) -> AppState:
     state = _noted(state, level, job.goal, is_last)
     seconds = state.now_s - started_s
     name = f"“{name_in(state.scene, level.index)}”" if level.prompt else "New detail"
-    offer = ("", None) if job.is_auto or not is_last else ("Another", cmd.Another(level.index))
+    has_offer = is_last and not job.is_auto and can_vary(state.scene, level.index)
+    offer = ("Another", cmd.Another(level.index)) if has_offer else ("", None)
     state = state.with_toast(f"{name} is ready: {seconds:.1f} s.", "done", button=offer[0], command=offer[1])
     return request(services, state, state.goal, job.is_auto) if state.goal is not None else state
 
@@ -273,7 +293,8 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
         return replace(state, job=None)  # it made room
     state = replace(state, job=None, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
     goal = job.goal if job is not None else None
-    if goal is not None and goal.like is None and not state.prompt.strip() and not state.queue.goals:
+    is_typed = goal is not None and goal.like is None and goal.cutout is None
+    if goal is not None and is_typed and not state.prompt.strip() and not state.queue.goals:
         state = with_prompt(state, goal.prompt)  # so that it can be put right
     if event.cancelled:
         waiting = len(state.queue.goals)
@@ -282,7 +303,7 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     line = _sentence(event)
     if event.bad_input and len(state.scene):
         return replace(state, refusal=line)
-    can_retry = job is not None and not job.is_auto and not event.bad_input
+    can_retry = is_typed and job is not None and not job.is_auto and not event.bad_input
     retry = job.prompt if can_retry and job is not None else None
     return state.with_toast(line, "error", event.detail, retry)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.changes import Change, Entry, EntryKind, History, bring_back, marked, take_back
-from wzviewer.app.naming import name_in, title_of
+from wzviewer.app.naming import DETAIL, name_in, title_of
 from wzviewer.app.places import level_here
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
@@ -13,19 +13,20 @@ from wzviewer.core.marks import Mark, clean_name
 from wzviewer.core.scene import Scene
 
 DONE = {
-    "make": "made “{}”",
-    "vary": "made another “{}”",
-    "hide": "hid “{}”",
-    "show": "showed “{}”",
-    "remove": "deleted “{}”",
-    "rename": "renamed “{}”",
-    "choose": "chose another “{}”",
+    "make": "made {}",
+    "vary": "made another {}",
+    "hide": "hid {}",
+    "show": "showed {}",
+    "remove": "deleted {}",
+    "rename": "renamed {}",
+    "choose": "chose another {}",
 }
 
 
 def wording(entry: Entry) -> str:
     """Returns an entry in words, beginning small."""
-    return DONE[entry.kind].format(entry.what)
+    text = DONE[entry.kind].format("finer detail" if entry.what == DETAIL else f"“{entry.what}”")
+    return text.replace("another finer", "other")
 
 
 # ------------------------------------------------------------------ through the history
@@ -35,7 +36,10 @@ def undo(services: Services, state: AppState, command: cmd.Undo) -> AppState:
     """Takes back the newest change that holds."""
     entry = state.history.undoable
     if entry is None:
-        return state.with_toast("Nothing to undo.")
+        is_making = state.job is not None and state.job.kind == "level"
+        return state.with_toast(
+            "A level is in the making. Esc cancels it." if is_making else "Nothing to undo."
+        )
     state = _settled(services, _moved(state, state.history.at - 1))
     return state.with_toast(f"Undone: {wording(entry)}.")
 
@@ -65,12 +69,14 @@ def _moved(state: AppState, at: int) -> AppState:
 
 
 def _settled(services: Services, state: AppState) -> AppState:
-    """What a change entails: offers to undo the one before end, and so does work that nobody would see."""
+    """What a change entails: offers to undo the one before end, and so does work that nobody would miss."""
     toasts = tuple(t for t in state.toasts if not isinstance(t.command, cmd.Undo))
     # Auto detail must not bring back what was just taken away.
     state = replace(state, toasts=toasts, asked_for=state.view.camera)
     job = state.job
-    if job is None or job.kind != "level" or state.scene.is_visible(job.parent):
+    if job is None or job.kind != "level" or job.is_cancelling:
+        return state
+    if state.scene.is_visible(job.parent) and not job.is_auto:
         return state
     services.client.cancel()
     return replace(state, job=replace(job, is_cancelling=True), goal=None, is_goal_waiting=False)
@@ -104,7 +110,7 @@ def made(state: AppState, index: int, other: int | None = None) -> AppState:
         scene.hide(other)
     kind: EntryKind = "make" if other is None else "vary"
     entry = Entry(kind, name_in(scene, index), tuple(changes))
-    return replace(state, history=state.history.then(entry))
+    return replace(state, history=state.history.with_made(entry))
 
 
 def show_level(services: Services, state: AppState, command: cmd.ShowLevel) -> AppState:

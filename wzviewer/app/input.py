@@ -164,6 +164,10 @@ def _read_keys(state: AppState, letters: str, modifiers: Modifiers) -> list[cmd.
         return []
     if io.want_text_input:  # keys are dead while typing; the prompt line reads its own Enter and Escape
         return []
+    if imgui.is_popup_open("", imgui.PopupFlags_.any_popup.value):  # a menu takes Escape, and no other key
+        if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
+            imgui.internal.close_popup_to_level(0, True)
+        return []
     commands: list[cmd.Command] = []
     keymap = keymap_of(state.settings.keymap, letters)
     is_covered = covers_picture(state)
@@ -187,6 +191,8 @@ def _answer(state: AppState) -> list[cmd.Command]:
     """A dialog takes Escape and Enter and no other key; its line of text reads its own Enter."""
     if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
         return [cmd.Escape()]
+    if state.panels.dialog == "drop" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
+        return [cmd.SettleDrop("insert")]
     if state.panels.dialog == "recover" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
         return [cmd.SettleRecovery("recover")]
     if state.panels.dialog == "unsaved" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):

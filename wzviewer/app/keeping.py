@@ -7,20 +7,17 @@ from pathlib import Path
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.documents import ask
-from wzviewer.app.filming import film_cameras, look_options
+from wzviewer.app.filming import look_options
 from wzviewer.app.services import Services
+from wzviewer.app.shooting import planned_film, why_no_film, with_suffix
 from wzviewer.app.state import AppState, Film
+from wzviewer.commands import films
 from wzviewer.core.camera import Camera
 from wzviewer.core.photos import check_writable, encode_png, whole_file
 from wzviewer.core.records import camera_to_json
 from wzviewer.errors import WzError
 
-FILM_SUFFIX = ".mp4"
-
-
-def set_size(services: Services, state: AppState, command: cmd.SetPictureSize) -> AppState:
-    """Chooses the size of pictures and films."""
-    return replace(state, picture_size=command.size)
+AT_ONCE_PIXELS = 4_000_000  # larger pictures are made beside the window
 
 
 def size_of(state: AppState) -> tuple[int, int]:
@@ -46,13 +43,31 @@ def save_picture(services: Services, state: AppState, command: cmd.SavePicture) 
     path = command.path if command.path.suffix else command.path.with_suffix(".png")
     if not len(state.scene):
         return state.with_toast("There is no scene to take a picture of.")
+    camera = sized_view(state)
+    if camera.width * camera.height > AT_ONCE_PIXELS and state.look.mode == "picture":
+        return _large_picture(services, state, camera, path.absolute())
     try:
-        image = services.renderer.draw(sized_view(state), look=state.look).read_color8()
+        image = services.renderer.picture(camera, state.look, state.plan.is_transparent)
         with whole_file(path) as file:
             file.write(encode_png(image))
+    except MemoryError:
+        return state.with_toast("There is not enough memory for a picture of this size.", "error")
     except (WzError, OSError, ValueError) as error:
         return state.with_toast(str(error), "error")
-    return state.with_toast(f"Saved {path.name}, {image.shape[1]} × {image.shape[0]}.", "done")
+    clear = ", without a background" if image.shape[2] == 4 else ""
+    return state.with_toast(f"Saved {path.name}, {image.shape[1]} × {image.shape[0]}{clear}.", "done")
+
+
+def _large_picture(services: Services, state: AppState, camera: Camera, path: Path) -> AppState:
+    """Begins a picture that would hold up the window for seconds."""
+    if state.film is not None:
+        return state.with_toast("A film is being made: a picture of this size has to wait for it.")
+    try:
+        check_writable(path)
+    except WzError as error:
+        return state.with_toast(error.line(), "error")
+    services.filmer.start_picture(state.scene, camera, path, state.look, state.plan.is_transparent)
+    return replace(state, film=Film(path, state.now_s, is_picture=True))
 
 
 def copy_view(services: Services, state: AppState, command: cmd.CopyView) -> AppState:
@@ -68,6 +83,7 @@ def view_command(state: AppState, path: Path) -> str:
     """Returns the ``wzviewer render`` line that draws the view from a file."""
     camera = json.dumps(camera_to_json(sized_view(state)), separators=(",", ":"))
     parts = ["wzviewer", "render", str(path.absolute()), "-o", "view.png", "--camera", camera]
+    parts += ["--transparent"] if state.plan.is_transparent else []
     return shlex.join([*parts, *look_options(state.look)])
 
 
@@ -78,22 +94,28 @@ def ask_film(services: Services, state: AppState, command: cmd.AskFilm) -> AppSt
     """Asks where to write the film."""
     if state.film is not None:
         return state.with_toast("A film is being made. One at a time.")
-    suggestion = Path(state.name or "zoom").with_suffix(FILM_SUFFIX).name
+    reason = why_no_film(state)
+    if reason:
+        return state.with_toast(reason[:1].upper() + reason[1:].rstrip(".") + ".")
+    suggestion = Path(state.name or "zoom").with_suffix(state.plan.suffix).name
     return ask(state, services.dialogs.ask_film(suggestion), "film", suggestion)
 
 
 def make_film(services: Services, state: AppState, command: cmd.MakeFilm) -> AppState:
-    """Begins the film from the photo to the view; the window goes on meanwhile."""
-    path = command.path.absolute().with_suffix(FILM_SUFFIX)
-    if not state.num_finished or state.film is not None:
-        return state.with_toast("There is nothing to film yet.")
+    """Begins the planned film; the window goes on meanwhile."""
+    path = command.path.absolute()
+    kind = path.suffix.lower()
+    if kind in films.SUFFIXES and kind != state.plan.suffix:  # the dialog's answer has the last word
+        state = with_suffix(state, kind)
+    path = path if kind in films.SUFFIXES else path.with_name(path.name + state.plan.suffix)
+    reason = "A film is being made." if state.film is not None else why_no_film(state)
+    if reason:
+        return state.with_toast(f"No film: {reason.rstrip('.')}.", "error")
     try:
         check_writable(path)
     except WzError as error:
         return state.with_toast(error.line(), "error")
-    view = state.view
-    cameras = film_cameras(view.home, view.camera, view.focus, size_of(state))
-    services.filmer.start(state.scene, cameras, path, state.look)
+    services.filmer.start(state.scene, planned_film(state), path, state.look, state.plan.fps)
     return replace(state, film=Film(path, state.now_s))
 
 
@@ -115,9 +137,9 @@ def follow_film(services: Services, state: AppState) -> AppState:
         if news.is_over:
             state = replace(state, film=None)
             if news.is_cancelled:
-                return state.with_toast("The film was cancelled.")
+                return state.with_toast(f"The {film.kind} was cancelled.")
             if news.why_not:
-                return state.with_toast(f"No film: {news.why_not}", "error")
+                return state.with_toast(f"No {film.kind}: {news.why_not}", "error")
             seconds = state.now_s - film.started_s
             return state.with_toast(f"{film.path.name} is ready: {seconds:.0f} s.", "done")
     return replace(state, film=film)

@@ -119,12 +119,12 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} Shift S", "Save as", "File", (K.s,), lambda: cmd.Save(True), True, True),
     Binding(f"{MODIFIER} P", "Save the picture", "File", (K.p,), cmd.AskPicture, ctrl=True),
     Binding(f"{MODIFIER} C", "Copy view as command", "File", (K.c,), cmd.CopyView, ctrl=True),
-    Binding(f"{MODIFIER} M", "Film from the photo to here", "File", (K.m,), cmd.AskFilm, ctrl=True),
+    Binding(f"{MODIFIER} M", "Save the film", "File", (K.m,), cmd.AskFilm, ctrl=True),
     Binding("T", "Levels", "Panels", (K.t,), lambda: cmd.Toggle("tree")),
-    Binding("F2, Del", "Rename, delete the level here", "Panels", (K.f2,), cmd.BeginRename),
-    Binding("Del", "Delete the level here", "", (K.delete,), cmd.DeleteHere),
+    Binding("F2", "Rename the level here", "Panels", (K.f2,), cmd.BeginRename),
+    Binding(f"{MODIFIER} Del", "Delete the level here", "Panels", (K.delete,), cmd.DeleteHere, ctrl=True),
     Binding("U", "History", "Panels", (K.u,), lambda: cmd.Toggle("history")),
-    Binding("I", "Where you are in the photo", "Panels", (K.i,), lambda: cmd.Toggle("locator")),
+    Binding("O", "Where you are in the photo", "Panels", (K.o,), lambda: cmd.Toggle("locator")),
     Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),
     Binding("F3", "Look behind, statistics", "Panels", (K.f3,), lambda: cmd.Toggle("statistics")),
     Binding(f"{MODIFIER} ,", "Settings", "Panels", (K.comma,), lambda: cmd.Toggle("settings"), True),
@@ -133,6 +133,12 @@ BINDINGS: tuple[Binding, ...] = (
     Binding(f"{MODIFIER} Shift P", "All commands by name", "", (K.p,), cmd.OpenPalette, True, True),
     Binding("F12", "Log", "Panels", (K.f12,), cmd.ToggleLog),
     Binding("F1", "This help", "Panels", (K.f1,), lambda: cmd.Toggle("help")),
+    Binding("L", "Timeline of a film", "Film", (K.l,), lambda: cmd.Toggle("timeline")),
+    Binding("I", "Add the view as a key", "Film", (K.i,), cmd.AddKey),
+    Binding("Del", "Delete the selected key", "Film"),
+    Binding(",", "The key before", "", (K.comma,), lambda: cmd.StepKey(-1)),
+    Binding(", and .", "The key before and after", "Film", (K.period,), lambda: cmd.StepKey(1)),
+    Binding("Space", "Play the timeline, stop", "Film", (K.space,), cmd.TogglePlay),
     Binding(f"{MODIFIER} Q", "Close", "File", (K.q,), cmd.Close, ctrl=True),
 )
 # Keys of the viewer that the paper's authors released; what they have and we do not has no key here.
@@ -230,9 +236,9 @@ def label_of(command: type[cmd.Command], keymap: KeymapName = "wzviewer") -> str
     return next((b.label for b in keymap_of(keymap).bindings if b.command is command), "")
 
 
-def label_for(command: cmd.Command) -> str:
+def label_for(command: cmd.Command, keymap: KeymapName = "wzviewer") -> str:
     """Returns the key that gives exactly this command; empty when there is none."""
-    made = ((b.label, b.command()) for b in BINDINGS if b.command is not None)
+    made = ((b.label, b.command()) for b in keymap_of(keymap).bindings if b.command is not None)
     return next((label for label, other in made if other == command), "")
 
 

@@ -10,16 +10,17 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.answers import answered
-from wzviewer.app.apply import apply, drain, tick
+from wzviewer.app.apply import apply, drain, preview, tick
 from wzviewer.app.dialogs import SystemDialogs
 from wzviewer.app.documents import demo_photo
 from wzviewer.app.drawing import BACKGROUND, SceneDrawing
 from wzviewer.app.input import Hand, read_input
 from wzviewer.app.journal import Journal, JournalFolder, NoJournal
-from wzviewer.app.layout import arrange
+from wzviewer.app.layout import Rect, arrange
 from wzviewer.app.pacing import Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
+from wzviewer.app.panels.timeline import foot_height
 from wzviewer.app.recents import NoRecents, RecentFolder, RecentStore
 from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
@@ -138,7 +139,7 @@ class App:
         """Time passes: motions, the worker's events, the window's."""
         self.state = replace(self.state, now_s=self.state.now_s + pulse.dt_s)
         self._open_first()
-        self.state = advance(self.state, pulse.dt_s)
+        self.state = preview(self.services, advance(self.state, pulse.dt_s), pulse.dt_s)
         self.state = drain(self.services, self.state, POLL_BUDGET_S)
         for kind, path in self.services.dialogs.poll():
             self.state = answered(self.services, self.state, kind, path)
@@ -146,7 +147,7 @@ class App:
         if width > 0 and height > 0:
             self.do(cmd.Resize(width, height))
         for path in pulse.dropped[-1:]:
-            self.do(cmd.Open(path))
+            self.do(cmd.Drop(path))
         if pulse.wants_close:
             self.do(cmd.Close())
         self.state = refocus(self.services, self.state)
@@ -189,7 +190,10 @@ class App:
         recents = {} if not is_starting else thumbnails.of_recents(state.recents)
         thumbnails.keep_only(shown | set(recents))
         statistics = {**self._timing(), **self.services.renderer.statistics()} if len(state.scene) else {}
-        layout = arrange(size.x, size.y, self._style[1])
+        foot = foot_height(state, self._style[1])
+        layout = replace(
+            arrange(size.x, size.y - foot, self._style[1]), window=Rect(0.0, 0.0, size.x, size.y)
+        )
         pictures = (thumbnails.of_scene(state.scene), photo, backdrop)
         target_ms = 1e3 * self.services.renderer.target_s
         numbers = (statistics, tuple(self._times_ms), target_ms)

@@ -5,14 +5,16 @@ from wzviewer.app.state import AppState
 
 def level_here(state: AppState) -> int:
     """Returns the visible level whose scale is nearest to the view's, among those that hold its centre."""
-    view = state.view
-    best, best_gap = 0, float("inf")
-    for index in state.scene.visible():
-        camera = state.scene[index].camera
+    view, scene = state.view, state.scene
+
+    def gap(index: int) -> float:
+        camera = scene[index].camera
+        ratio = camera.focal_px / camera.width * view.camera.width / view.camera.focal_px
+        return abs(ratio - 1.0 / ratio)
+
+    for index in sorted(scene.visible(), key=gap):  # the first that holds the centre: panels ask every frame
+        camera = scene[index].camera
         x, y, z = camera.project(view.focus)
         if z > 0 and 0 <= x <= camera.width and 0 <= y <= camera.height:
-            ratio = camera.focal_px / camera.width * view.camera.width / view.camera.focal_px
-            gap = abs(ratio - 1.0 / ratio)
-            if gap < best_gap:
-                best, best_gap = index, gap
-    return best
+            return index
+    return 0

@@ -37,8 +37,15 @@ class Client(Protocol):
         """Asks for E_0 from a photo in its working size, and with more pixels if it has them."""
         ...
 
-    def synthesize(self, parent: int, camera: Camera, prompt: str = "", seed: int = 0) -> int:
-        """Asks for a further level."""
+    def synthesize(
+        self,
+        parent: int,
+        camera: Camera,
+        prompt: str = "",
+        seed: int = 0,
+        cutout: ByteArray | None = None,
+    ) -> int:
+        """Asks for a further level, perhaps with a picture (h, w, 4) put into it."""
         ...
 
     def cancel(self) -> None:
@@ -89,6 +96,10 @@ class SceneRenderer(Protocol):
         """Renders the scene at a fraction of the resolution; in motion less exactly."""
         ...
 
+    def picture(self, camera: Camera, look: Look = PLAIN, transparent: bool = False) -> ByteArray:
+        """Renders at full quality and any size: (h, w, 3) uint8, or (h, w, 4) without a background."""
+        ...
+
     def pick(self, camera: Camera, x_px: float, y_px: float) -> tuple[float, int] | None:
         """Returns depth in world units and level index at a pixel; None on emptiness."""
         ...
@@ -118,6 +129,10 @@ class Dialogs(Protocol):
 
     def ask_film(self, suggestion: str) -> bool:
         """Shows the dialog for a film; False when the system has none."""
+        ...
+
+    def ask_path(self, suggestion: str) -> bool:
+        """Shows the dialog for a camera path, to open one when nothing is suggested; False for none."""
         ...
 
     def poll(self) -> Sequence[tuple[str, Path]]:

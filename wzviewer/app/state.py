@@ -16,9 +16,11 @@ from wzviewer.app.commands.base import Command
 from wzviewer.app.journal import Leftover
 from wzviewer.app.look import Look
 from wzviewer.app.overlays import LogView, PaletteView
+from wzviewer.app.plan import KeepPlan
 from wzviewer.app.recents import Recents
 from wzviewer.app.region import Region
 from wzviewer.app.settings import Settings
+from wzviewer.app.timeline import Timeline
 from wzviewer.app.wishes import Goal as Goal
 from wzviewer.app.wishes import Queue
 from wzviewer.core.camera import Camera
@@ -30,7 +32,9 @@ from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
-DialogKind = Literal["open", "save", "picture", "film", "unsaved", "recover", ""]
+DialogKind = Literal[
+    "open", "save", "picture", "film", "open path", "save path", "unsaved", "recover", "drop", ""
+]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
 OFFER_S = 9.0  # of a notice with a button: time to read it and to go there
@@ -208,6 +212,7 @@ class Panels:
     history: bool = False
     materials: bool = False
     locator: bool = True
+    timeline: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
     wants_prompt_focus: bool = False
@@ -222,12 +227,19 @@ class Film:
         started_s: when it was asked for, s.
         fraction: of its frames.
         is_cancelling: whether the user asked to stop.
+        is_picture: whether it is one large picture.
     """
 
     path: Path
     started_s: float
     fraction: float = 0.0
     is_cancelling: bool = False
+    is_picture: bool = False
+
+    @property
+    def kind(self) -> str:
+        """What it is, as notices say it."""
+        return "picture" if self.is_picture else "film"
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,7 +273,9 @@ class AppState:
         renaming: index of the level whose name is edited in place; None for none.
         after: what to do once unsaved changes are settled.
         picture_size: of pictures and films, px; None is the window's.
+        plan: what the next picture and the next film will be.
         film: the film in the making.
+        timeline: keyframes of a film.
         leftover: what a crash left behind, until the user has said what to do with it.
         palette: of all commands.
         log: its window.
@@ -298,7 +312,9 @@ class AppState:
     panels: Panels = field(default_factory=Panels)
     after: Callable[["AppState"], "AppState"] | None = None
     picture_size: tuple[int, int] | None = None
+    plan: KeepPlan = field(default_factory=KeepPlan)
     film: Film | None = None
+    timeline: Timeline = field(default_factory=Timeline)
     leftover: Leftover | None = None
     palette: PaletteView = field(default_factory=PaletteView)
     log: LogView = field(default_factory=LogView)
@@ -325,8 +341,9 @@ class AppState:
 
     @property
     def is_dirty(self) -> bool:
-        """Whether closing would lose a finished level."""
-        return self.num_finished > 0 and self.saved != (self.num_finished, self.scene.marks)
+        """Whether closing would lose a finished level, a name, or a key of the timeline."""
+        is_other = self.saved != (self.num_finished, self.scene.marks) or self.timeline.is_changed
+        return self.num_finished > 0 and is_other
 
     @property
     def is_moving(self) -> bool:

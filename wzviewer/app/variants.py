@@ -6,6 +6,7 @@ that was opened again.
 
 from wzviewer.core.scene import Level, Scene
 
+CUTOUT = "cutout"  # in the notes of a level that a picture was put into: its seed changes next to nothing
 SEED_STRIDE = 1009  # beyond the number of levels, so that no variant has the seed of another level
 
 
@@ -27,6 +28,14 @@ def next_seed(scene: Scene, like: int) -> int:
     """Returns the seed of the next variant: it follows from the first one's and their number."""
     group = [level for level in scene if are_variants(scene[like], level)]
     return group[0].seed + SEED_STRIDE * len(group)
+
+
+def can_vary(scene: Scene, index: int) -> bool:
+    """Whether another of a level can be made."""
+    if not 0 < index < len(scene) or not scene.is_committed(index):
+        return False
+    parent = scene[index].parent
+    return parent is not None and scene.is_visible(parent) and CUTOUT not in scene[index].notes
 
 
 def newest(scene: Scene) -> int | None:

@@ -5,35 +5,22 @@ from dataclasses import replace
 from wzviewer.app import commands as cmd
 from wzviewer.app.generation import ask
 from wzviewer.app.history import changed
-from wzviewer.app.prompting import with_prompt
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal
-from wzviewer.app.variants import group_of, newest
-from wzviewer.core.scene import Scene
+from wzviewer.app.variants import can_vary, group_of, newest
 
 MAX_COUNT = 4  # asked for at once
-CUTOUT = "cutout"  # in the notes of a level that a picture was put into: its seed changes next to nothing
-
-
-def can_vary(scene: Scene, index: int) -> bool:
-    """Whether another of a level can be made."""
-    if not 0 < index < len(scene) or not scene.is_committed(index):
-        return False
-    parent = scene[index].parent
-    return parent is not None and scene.is_visible(parent) and CUTOUT not in scene[index].notes
 
 
 def another(services: Services, state: AppState, command: cmd.Another) -> AppState:
     """Asks for a level again, with another seed."""
-    index = command.index if command.index is not None else newest(state.scene)
+    index = command.index if command.index is not None else _present(state)
     if index is None or not can_vary(state.scene, index):
         return state.with_toast("There is no level here to make another of.")
     level = state.scene[index]
     count = min(max(command.count, 1), MAX_COUNT)
     goal = Goal(level.camera, level.prompt, level.frame.origin, count, like=index)
-    prompt = state.prompt
-    state = ask(services, state, goal)
-    return with_prompt(replace(state, variants=index), prompt)  # the line is about something else
+    return replace(ask(services, state, goal), variants=index)
 
 
 def open_variants(services: Services, state: AppState, command: cmd.OpenVariants) -> AppState:
@@ -52,11 +39,20 @@ def choose(services: Services, state: AppState, command: cmd.ChooseVariant) -> A
     return replace(changed(services, state, "choose", index, marks), variants=index)
 
 
+def _present(state: AppState) -> int | None:
+    """The level that is meant where none is named: of the strip that is open, or the newest."""
+    index = state.variants
+    if index is None or not index < len(state.scene) or not group_of(state.scene, index):
+        return newest(state.scene)
+    shown = [i for i in group_of(state.scene, index) if state.scene.mark(i).sight == "shown"]
+    return shown[-1] if shown else index
+
+
 def step(services: Services, state: AppState, command: cmd.StepVariant) -> AppState:
     """Shows the next or the previous variant; after the last comes the first."""
-    index = state.variants if state.variants is not None else newest(state.scene)
-    if index is None or index >= len(state.scene):
-        return state
+    index = _present(state)
+    if index is None:
+        return state.with_toast("There is no level here to make another of.")
     group = group_of(state.scene, index)
     shown = [k for k, i in enumerate(group) if state.scene.mark(i).sight == "shown"]
     if len(group) < 2:

@@ -32,6 +32,7 @@ STEP = 1.0 / 1024.0  # of a piece, for the motion at its ends
 SPEED_LIMIT = 3.0  # of the slower neighbour: above, a cubic overshoots
 PARTS = (slice(0, 1), slice(1, 3), slice(3, 6), slice(6, 9))
 STILL = np.zeros(9)
+NEAREST = 1e-12  # world units, of what a piece is about
 ROUNDING_S = 1e-9  # of times that are sums
 
 
@@ -103,8 +104,7 @@ class KeyTrack:
 
     def __init__(self, path: KeyPath, size: tuple[int, int]) -> None:
         self.path = path.sized(*size)
-        keys = self.path.keys
-        self._pieces = [_Piece(keys[i], keys[(i + 1) % len(keys)]) for i in range(path.num_pieces)]
+        self._pieces: dict[int, _Piece] = {}  # made when they are needed: a preview needs three
 
     def camera_at(self, time_s: float) -> Camera:
         """Returns the camera of a moment; before the start and after the end, the first and the last."""
@@ -112,38 +112,50 @@ class KeyTrack:
         if index < 0:
             return self.path.keys[0 if t <= 0 else -1].camera
         leaving, arriving = self._motion(index)[1], self._motion(index + 1)[0]
-        return self._pieces[index].camera_at(t, leaving, arriving)
+        return self._piece(index).camera_at(t, leaving, arriving)
 
     def focus_at(self, time_s: float) -> DoubleArray:
         """Returns the world point (3,) that is looked at."""
         index, t = self._place(time_s)
         if index < 0:
             return self.path.keys[0 if t <= 0 else -1].focus
-        return self._pieces[index].focus
+        return self._piece(index).focus
 
     def cameras(self, fps: float) -> list[Camera]:
-        """Returns the camera of every frame of a film; a loop leaves out the last, which is the first."""
+        """Returns the camera of every frame of a film.
+
+        The first is that of the first key and the last that of the last one; a loop ends a frame before
+        it would begin anew.
+        """
         count = max(round(self.path.duration_s * fps), 1)
-        last = count if self.path.is_loop else count + 1
-        return [self.camera_at(i / fps) for i in range(last)]
+        steps = count if self.path.is_loop else max(count - 1, 1)
+        return [self.camera_at(self.path.duration_s * i / steps) for i in range(count)]
 
     def _place(self, time_s: float) -> tuple[int, float]:
         """Piece, and fraction of it; piece -1 is before (0) or after (1) all of them."""
-        for index, piece in enumerate(self._pieces):
-            if -ROUNDING_S <= time_s < piece.start.seconds - ROUNDING_S:
-                return index, time_s / piece.start.seconds if time_s > ROUNDING_S else 0.0
-            time_s -= piece.start.seconds
-        return -1, float(time_s >= 0.0 and bool(self._pieces) and not self.path.is_loop)
+        for index, key in enumerate(self.path.keys[: self.path.num_pieces]):
+            if -ROUNDING_S <= time_s < key.seconds - ROUNDING_S:
+                return index, time_s / key.seconds if time_s > ROUNDING_S else 0.0
+            time_s -= key.seconds
+        return -1, float(time_s >= -ROUNDING_S and self.path.num_pieces > 0 and not self.path.is_loop)
+
+    def _piece(self, index: int) -> "_Piece":
+        """The piece after a key; counts on from the last to the first."""
+        index %= self.path.num_pieces
+        if index not in self._pieces:
+            keys = self.path.keys
+            self._pieces[index] = _Piece(keys[index], keys[(index + 1) % len(keys)])
+        return self._pieces[index]
 
     def _motion(self, at: int) -> tuple[DoubleArray, DoubleArray]:
         """Motion per second when arriving at a key, and when leaving it."""
-        count = len(self._pieces)
+        count = self.path.num_pieces
         at_key = at % len(self.path.keys)
         pace = self.path.keys[at_key].pace
         is_end = not self.path.is_loop and at in (0, count)
         if pace == "stop" or (is_end and pace == "flow"):
             return STILL, STILL
-        before, after = self._pieces[(at - 1) % count], self._pieces[at % count]
+        before, after = self._piece(at - 1), self._piece(at)
         if pace == "corner" or is_end:
             return before.arrival / before.start.seconds, after.departure / after.start.seconds
         through = _through(before, after)
@@ -263,7 +275,7 @@ def _fineness(key: Key) -> float:
 
 
 def _sees(camera: Camera, point: DoubleArray) -> bool:
-    return bool(camera.to_camera(point)[2] > 0)
+    return bool(camera.to_camera(point)[2] > NEAREST)
 
 
 def _straight(start: Camera, end: Camera, s: float) -> Camera:

@@ -17,6 +17,7 @@ from typing import Any, ClassVar
 
 Json = dict[str, Any]
 MAX_MESSAGE_BYTES = 4 << 20
+CUTOUT = "cutout"  # array of a `SynthesizeLevel`
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,10 @@ class ReconstructScene(Message):
 
 @dataclass(frozen=True)
 class SynthesizeLevel(Message):
-    """Make E_{i+1} (lines 10-32) seen by ``camera``, with the prompt U."""
+    """Make E_{i+1} (lines 10-32) seen by ``camera``, with the prompt U.
+
+    Arrays: perhaps ``cutout`` (h, w, 4) uint8 sRGB and alpha, put in; then the prompt is its name.
+    """
 
     direction: ClassVar[str] = "app->worker"
     request_id: int

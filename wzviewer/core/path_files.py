@@ -29,7 +29,7 @@ import numpy as np
 
 from wzviewer.core import navigation
 from wzviewer.core.camera import Camera
-from wzviewer.core.keyframes import MAX_KEYS, SECONDS_LIMIT, Key, KeyPath, Pace
+from wzviewer.core.keyframes import MAX_KEYS, NEAREST, SECONDS_LIMIT, Key, KeyPath, Pace
 from wzviewer.core.photos import whole_file
 from wzviewer.core.records import MAX_SIDE_PX, Json, camera_from_json, camera_to_json
 from wzviewer.core.types import DoubleArray
@@ -39,7 +39,9 @@ OWN = "wzviewer"
 MAX_PATH_BYTES = 64 << 20
 MAX_FRAMES = 100_000
 MAX_FPS = 240.0
-FARTHEST = 1e12  # world units
+FARTHEST = 1e9  # world units
+FARTHEST_ZOOM = 1e14  # focal length over width; x8^13.5 of a photo is 2e12
+FARTHEST_OFF = 1e4  # tangent of the angle between the lens and the picture's centre
 RIGID = 1e-3  # float32 and six printed digits are allowed for
 UNEDITED = 1e-9
 SMALLEST_FOV_DEG = 1e-13  # x8^15
@@ -195,7 +197,7 @@ def path_of(record: Any) -> PathFile:  # noqa: ANN401 - JSON from a stranger
     if "frames" in record:
         frames = _listed(record, "frames", MAX_FRAMES)
         fps = _number(record["fps"], "fps", 0.1, MAX_FPS) if "fps" in record else None
-        return PathFile([camera_from_json(frame) for frame in frames], fps=fps)
+        return PathFile([_exact(frame) for frame in frames], fps=fps)
     if record.get("camera_type", "perspective") != "perspective":
         raise ValueError(f"camera_type {str(record['camera_type'])[:40]!r}: only perspective is known")
     size = tuple(
@@ -243,7 +245,7 @@ def _focus(entry: Json, camera: Camera) -> DoubleArray:
     own = entry.get(OWN)
     if isinstance(own, dict) and "focus" in own:
         focus = np.array(own["focus"], np.float64)
-        if focus.shape == (3,) and np.abs(focus).max() <= FARTHEST and camera.to_camera(focus)[2] > 0:
+        if focus.shape == (3,) and np.abs(focus).max() <= FARTHEST and camera.to_camera(focus)[2] > NEAREST:
             return focus
     return camera.unproject(camera.width / 2, camera.height / 2, 1.0)  # the median depth of the photo
 
@@ -261,12 +263,24 @@ def _camera(entry: Any, matrix_key: str, size: tuple[int, ...]) -> Camera:  # no
     centred = _centred(entry, matrix_key, size)
     own = entry.get(OWN)
     if isinstance(own, dict) and "camera" in own:
-        exact = camera_from_json(own["camera"])
+        exact = _exact(own["camera"])
         written = facing(exact)
         is_same = np.abs(world_from_gl(written) - world_from_gl(centred)).max() <= UNEDITED
         if is_same and abs(fov_deg(written) / float(entry["fov"]) - 1.0) <= UNEDITED:
             return exact
     return centred
+
+
+def _exact(record: Json) -> Camera:
+    """A camera of ours, within what the deepest zoom can have."""
+    camera = camera_from_json(record)
+    zoom = camera.focal_px / camera.width
+    if not 1.0 / FARTHEST_ZOOM <= zoom <= FARTHEST_ZOOM or not 0.1 <= camera.fy / camera.fx <= 10.0:
+        raise ValueError("the focal length is out of range")
+    off = max(abs(camera.cx) / camera.fx, abs(camera.cy) / camera.fy)
+    if off > FARTHEST_OFF or np.abs(camera.camera_from_world).max() > FARTHEST:
+        raise ValueError("the camera is out of range")
+    return camera
 
 
 def _centred(entry: Json, matrix_key: str, size: tuple[int, ...]) -> Camera:
@@ -320,5 +334,5 @@ def _whole(value: Any, name: str) -> int:  # noqa: ANN401
 
 
 def _brief(error: BaseException) -> str:
-    text = " ".join(str(error).split())
+    text = f"{error.args[0]} is missing" if isinstance(error, KeyError) else " ".join(str(error).split())
     return text[:117] + "..." if len(text) > 120 else text

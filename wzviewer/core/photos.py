@@ -17,6 +17,7 @@ MAX_FILE_BYTES = 256 << 20
 MAX_PIXELS = 120_000_000
 MIN_SIDE_PX = 16
 LONG_SIDE_PX = 1088  # of the working image; the paper's
+CUTOUT_PX = 1024  # long side of a picture that is put into another
 SIDE_MULTIPLE_PX = 8  # so that a x8 crop has whole pixels
 FINER_MIN, FINER_MAX = 1.2, 4  # times the working image's size; 4 is 12 megapixels, what a phone takes
 FORMATS = "PNG, JPEG or WebP"
@@ -46,6 +47,38 @@ def load_photo(path: Path) -> ByteArray:
     if image is None:
         raise InputError(str(path), "the image is damaged or truncated", "Try to export it again.")
     return _rgb8(image)
+
+
+def load_cutout(path: Path, long_side_px: int = CUTOUT_PX) -> ByteArray:
+    """Reads a picture with its transparency, to be put into another.
+
+    Returns:
+        (h, w, 4) uint8 sRGB and alpha, its long side at most ``long_side_px``; opaque where it has none.
+
+    Raises:
+        InputError: as `load_photo`.
+    """
+    import cv2
+
+    data = _read_bytes(path)
+    _check_header(path, data)
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None or not _has_alpha(image):
+        rgb = load_photo(path)
+        rgba = np.dstack([rgb, np.full(rgb.shape[:2], 255, np.uint8)])
+    else:
+        eight = (image >> 8).astype(np.uint8) if image.dtype == np.uint16 else image
+        rgba = cv2.cvtColor(eight, cv2.COLOR_BGRA2RGBA)
+    ratio = long_side_px / max(rgba.shape[:2])
+    if ratio >= 1.0:
+        return np.ascontiguousarray(rgba)
+    # Premultiplied: what is transparent has no say in the colour of an edge.
+    alpha = rgba[..., 3:].astype(np.float32)
+    weighted = np.dstack([rgba[..., :3] * alpha, alpha])
+    size = (max(round(rgba.shape[1] * ratio), 1), max(round(rgba.shape[0] * ratio), 1))
+    small = cv2.resize(weighted, size, interpolation=cv2.INTER_AREA)
+    color = small[..., :3] / np.maximum(small[..., 3:], 1.0)
+    return np.ascontiguousarray(np.rint(np.dstack([color, small[..., 3:]])).clip(0, 255).astype(np.uint8))
 
 
 def fit_photo(image: ByteArray, long_side_px: int = LONG_SIDE_PX) -> ByteArray:

@@ -152,8 +152,23 @@ class WorkerClient:
         self._send(m.ReconstructScene(request_id, seed), arrays)
         return request_id
 
-    def synthesize(self, parent: int, camera: Camera, prompt: str = "", seed: int = 0) -> int:
-        """Asks for the level that ``camera`` sees inside level ``parent``; returns the request id."""
+    def synthesize(
+        self,
+        parent: int,
+        camera: Camera,
+        prompt: str = "",
+        seed: int = 0,
+        cutout: ByteArray | None = None,
+    ) -> int:
+        """Asks for the level that ``camera`` sees inside level ``parent``; returns the request id.
+
+        Args:
+            parent: index of the level that is refined.
+            camera: C of the new level.
+            prompt: U; with a cut-out, its name.
+            seed: of every generator.
+            cutout: (h, w, 4) uint8 sRGB and alpha, put into the picture instead of what U names.
+        """
         request_id = self._begin()
         for index in self._path(parent):
             if index not in self._known:
@@ -162,7 +177,8 @@ class WorkerClient:
                 self._known.add(index)
         index = len(self._levels)
         record = camera_to_json(camera)
-        self._send(m.SynthesizeLevel(request_id, index, parent, record, prompt, seed))
+        arrays = {} if cutout is None else {m.CUTOUT: cutout}
+        self._send(m.SynthesizeLevel(request_id, index, parent, record, prompt, seed), arrays)
         return request_id
 
     def _send(self, message: m.Message, arrays: Arrays | None = None) -> None:

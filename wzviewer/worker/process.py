@@ -115,7 +115,7 @@ class Worker:
         camera = camera_from_json(message.camera)
         path = self._path(message.parent)
         request = (message.index, camera, message.prompt, message.seed)
-        return synthesize_level(path, *request, self._models, report)
+        return synthesize_level(path, *request, self._models, report, arrays.get(m.CUTOUT))
 
     def _path(self, index: int) -> list[Level]:
         chain = [self._levels[index]]

@@ -78,6 +78,7 @@ def synthesize_level(
     seed: int,
     models: Synthesizer,
     report: Report,
+    cutout: ByteArray | None = None,
 ) -> Level:
     """E_{i+1}: finer content inside level i, seen by ``camera`` (lines 10-32).
 
@@ -89,15 +90,16 @@ def synthesize_level(
         seed: of every generator.
         models: the backends.
         report: told about stages and revisions.
+        cutout: (h, w, 4) uint8 sRGB and alpha, put in instead of what the prompt names; or None.
 
     Returns:
         The finished level.
 
     Raises:
-        PromptError: when the prompt is not understood; before any work.
+        PromptError: when the prompt or the cut-out is not understood; before any work.
         Cancelled: when the request was cancelled.
     """
-    edit = models.editor.parse(prompt)
+    edit = models.editor.parse(prompt) if cutout is None else models.editor.insertion(cutout, prompt)
     clock = StageClock(report, (1, 2, 3, 4, 5))
     parent = path[-1].index
 

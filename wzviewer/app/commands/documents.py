@@ -15,6 +15,20 @@ class Open(Command):
 
 
 @dataclass(frozen=True)
+class Drop(Command):
+    """Take a file that was dropped on the window."""
+
+    path: Path
+
+
+@dataclass(frozen=True)
+class SettleDrop(Command):
+    """The answer to the question what a dropped picture is for."""
+
+    answer: Literal["open", "insert"]
+
+
+@dataclass(frozen=True)
 class OpenDemo(Command):
     """Open the bundled picture."""
 

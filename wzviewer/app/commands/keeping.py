@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wzviewer.app.commands.base import Command
+from wzviewer.app.plan import KeepPlan
 
 
 @dataclass(frozen=True)
@@ -26,18 +27,25 @@ class SetPictureSize(Command):
 
 
 @dataclass(frozen=True)
+class SetPlan(Command):
+    """Choose what the next picture or film will be."""
+
+    plan: KeepPlan
+
+
+@dataclass(frozen=True)
 class CopyView(Command):
     """Put the command that renders the view on the clipboard."""
 
 
 @dataclass(frozen=True)
 class AskFilm(Command):
-    """Show the dialog for the film from the photo to here."""
+    """Show the dialog for the planned film."""
 
 
 @dataclass(frozen=True)
 class MakeFilm(Command):
-    """Film the way from the photo to here."""
+    """Make the planned film."""
 
     path: Path
 

@@ -6,7 +6,9 @@ from typing import Literal
 from wzviewer.app.commands.base import Command
 from wzviewer.app.settings import Settings
 
-Panel = Literal["tree", "statistics", "help", "keep", "settings", "history", "materials", "locator", "start"]
+Panel = Literal[
+    "tree", "statistics", "help", "keep", "settings", "history", "materials", "locator", "start", "timeline"
+]
 
 
 @dataclass(frozen=True)

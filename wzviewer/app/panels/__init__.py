@@ -6,11 +6,14 @@
     │ open save … help │                                  └─────────────────────┘
     ├ tree ────────────┤
     │ ▣ photograph     │            the picture
-    │   ▣ ×8 ladybug   │
-    └──────────────────┘        ┌ progress ─────────┐
+    │ └ ▣ ×8 ladybug   │        ┌ variants ─────────┐
+    │   └ ▣ ×64        │        │ queue             │                 ┌ locator ─┐
+    └──────────────────┘        │ progress, offers  │                 │          │
     ┌ scale bar ┐               │ prompt [Generate] │                 ┌ status ──┐
     └───────────┘               └───────────────────┘                 └──────────┘
 
+    frame     on the picture, below all: what the next level will show
+    history   below the toolbar, as keep and settings
     start     instead of all, while there is no document; with recents; over one on request
     hint      over the picture, below the breadcrumb, once
     help      over all, as log and palette;  dialogs  modal

@@ -4,13 +4,13 @@ from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.keys import label_of
+from wzviewer.app.keys import label_for, label_of
 from wzviewer.app.layout import Rect
 from wzviewer.app.naming import name_in
-from wzviewer.app.panels.surface import Ui, colored, quiet, tooltip
+from wzviewer.app.panels.surface import Ui, colored, menu, quiet, tooltip
 from wzviewer.app.state import AppState
-from wzviewer.app.variants import newest
-from wzviewer.app.varying import MAX_COUNT, can_vary
+from wzviewer.app.variants import can_vary, newest
+from wzviewer.app.varying import MAX_COUNT
 
 TOOL_PT, CHEVRON_PT = 32.0, 20.0
 NARROWEST_PT = 400.0  # prompt bar with room for the tools; their keys work in any
@@ -24,18 +24,18 @@ def has_tools(ui: Ui, rect: Rect) -> bool:
 def draw_tools(state: AppState, ui: Ui, height: float) -> list[cmd.Command]:
     """Draws the tools, right of the line of text."""
     commands: list[cmd.Command] = []
-    is_ready = len(state.scene) > 0
+    is_ready, keymap = len(state.scene) > 0, state.settings.keymap
     tools: tuple[tuple[str, str, cmd.Command, bool, bool], ...] = (
         (
             icons.ICON_FA_PALETTE,
-            "Materials and weather   M",
+            f"Materials and weather   {label_for(cmd.Toggle('materials'), keymap)}",
             cmd.Toggle("materials"),
             state.panels.materials,
             is_ready and bool(state.vocabulary.objects),
         ),
         (
             icons.ICON_FA_VECTOR_SQUARE,
-            f"Draw a frame around what should become finer   {label_of(cmd.ToggleRegion)}",
+            f"Draw a frame around what should become finer   {label_of(cmd.ToggleRegion, keymap)}",
             cmd.ToggleRegion(),
             state.region.is_drawing or state.region.camera is not None,
             is_ready,
@@ -66,15 +66,11 @@ def draw_more(state: AppState, ui: Ui, height: float) -> list[cmd.Command]:
     tooltip("Several variants, or another of the last")
     corner = imgui.get_item_rect_max()
     imgui.set_next_window_pos((corner.x, ui.layout.prompt.y - ui.pt(6)), pivot=(1.0, 1.0))
-    imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(8), ui.pt(8)))
-    commands = _menu(state)
-    imgui.pop_style_var()
-    return commands
+    with menu(ui, "more") as is_open:
+        return _offers(state) if is_open else []
 
 
-def _menu(state: AppState) -> list[cmd.Command]:
-    if not imgui.begin_popup("more"):
-        return []
+def _offers(state: AppState) -> list[cmd.Command]:
     commands: list[cmd.Command] = []
     for count in range(2, MAX_COUNT + 1):
         if imgui.menu_item(f"Make {count} variants", "", False)[0]:
@@ -84,7 +80,6 @@ def _menu(state: AppState) -> list[cmd.Command]:
     is_possible = last is not None and can_vary(state.scene, last)
     name = name_in(state.scene, last) if last is not None and is_possible else ""
     label = f"Another “{name}”" if name else "Another of the last level"
-    if imgui.menu_item(label, label_of(cmd.Another), False, is_possible)[0]:
+    if imgui.menu_item(label, label_of(cmd.Another, state.settings.keymap), False, is_possible)[0]:
         commands.append(cmd.Another(last))
-    imgui.end_popup()
     return commands

@@ -1,11 +1,13 @@
 """Modal: unsaved changes, and a line of text for a path where the system has no file dialogs."""
 
+from pathlib import Path
+
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
-from wzviewer.app.panels.surface import Ui, face, plate, primary, shade, wrapped
+from wzviewer.app.panels.surface import Ui, elided, face, plate, primary, shade, wrapped
 from wzviewer.app.state import AppState
 
 WIDTH_PT = 460.0
@@ -14,6 +16,8 @@ TITLES = {
     "save": "Save the scene",
     "picture": "Save the picture",
     "film": "Save the film",
+    "open path": "Open a camera path",
+    "save path": "Save the camera path",
 }
 
 
@@ -32,6 +36,8 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
             return _unsaved(state, ui)
         if kind == "recover":
             return _recover(state, ui)
+        if kind == "drop":
+            return _drop(state, ui)
         return _path(state, ui, TITLES[kind])
 
 
@@ -61,6 +67,17 @@ def _recover(state: AppState, ui: Ui) -> list[cmd.Command]:
     return _buttons(ui, ("Later", cmd.Escape()), ("Delete", discard), ("Recover", recover))
 
 
+def _drop(state: AppState, ui: Ui) -> list[cmd.Command]:
+    with face(ui.fonts.bold, theme.HEAD_PT):
+        imgui.text_unformatted("What is this picture for?")
+    name = elided(Path(state.panels.dialog_path).name, ui.pt(190))
+    where = "the frame you drew" if state.region.camera is not None else "the middle of the view"
+    text = f"{name} can become a new level: it is put into the picture, in {where}. Or open it by itself."
+    wrapped(ui, text, ui.colors.muted)
+    put, opened = cmd.SettleDrop("insert"), cmd.SettleDrop("open")
+    return _buttons(ui, ("Cancel", cmd.Escape()), ("Open it", opened), ("Put it in", put))
+
+
 def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:
     with face(ui.fonts.bold, theme.HEAD_PT):
         imgui.text_unformatted(title)
@@ -74,7 +91,7 @@ def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:
         commands.append(cmd.EditPath(text))
     if imgui.is_item_deactivated() and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
         commands.append(cmd.ConfirmPath())
-    verb = "Open" if state.panels.dialog == "open" else "Save"
+    verb = "Open" if state.panels.dialog.startswith("open") else "Save"
     return commands + _buttons(ui, ("Cancel", cmd.Escape()), (verb, cmd.ConfirmPath()))
 
 

@@ -44,6 +44,13 @@ def draw_frame(state: AppState, ui: Ui) -> None:
             _ticks(ui, found, _factor(region.aim, camera))
 
 
+def draw_place(state: AppState, ui: Ui, camera: Camera) -> None:
+    """Draws where something that waits will be made."""
+    found = seen_rect(state, camera)
+    if found is not None:
+        _outline(ui, found, _factor(camera, state.view.camera), "")
+
+
 def seen_rect(state: AppState, frame: Camera) -> Rect | None:
     """Returns where the view shows the frame of a camera, imgui units; None where it does not."""
     view, ratio = state.view.camera, imgui.get_io().display_framebuffer_scale

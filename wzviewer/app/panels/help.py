@@ -15,7 +15,7 @@ from wzviewer.app.state import AppState
 WIDTH_PT = 800.0
 COLUMN_PT = 380.0  # narrowest; below it one column has all groups, and scrolls
 TITLES = {"wzviewer": "Keys and gestures", "authors": "Keys of the authors' release, and gestures"}
-COLUMNS = (("Look", "Make"), ("File", "Panels"))
+COLUMNS = (("Look", "Make"), ("File", "Panels", "Film"))
 KEY_PT = 158.0  # width of the keys, before what they do
 ROW_PT, HEAD_PT, TITLE_PT = 23.0, 30.0, 42.0
 PADDING_PT = 20.0

@@ -7,7 +7,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.history import wording
 from wzviewer.app.layout import Rect
-from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, quiet
+from wzviewer.app.panels.surface import Ui, colored, elided, face, plate
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -58,8 +58,10 @@ def _row(ui: Ui, at: int, present: int, icon: str, name: str) -> bool:
     left, width = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
     if at == present and imgui.is_window_appearing():
         imgui.set_scroll_here_y(0.5)
-    with quiet():
-        pressed = imgui.button(f"##step{at}", (width, ui.pt(ROW_PT)))
+    pressed = imgui.invisible_button(f"step{at}", (width, ui.pt(ROW_PT)))
+    if imgui.is_item_hovered():
+        low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+        imgui.get_window_draw_list().add_rect_filled(low, high, u32(ui.colors.hover), ui.pt(6))
     draw, color = imgui.get_window_draw_list(), ui.colors.muted if at > present else ui.colors.text
     if at == present:
         color = ui.colors.accent

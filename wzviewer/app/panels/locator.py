@@ -41,7 +41,9 @@ def draw_locator(state: AppState, ui: Ui) -> list[cmd.Command]:
             mouse = imgui.get_io().mouse_pos
             x, y = (mouse.x - inner.x) / width, (mouse.y - inner.y) / height
             commands.append(cmd.GoToPhoto(min(max(x, 0.0), 1.0), min(max(y, 0.0), 1.0)))
-        tooltip(f"Where you are in the photo. A click flies there.   {label_for(cmd.Toggle('locator'))}")
+        if imgui.is_item_hovered():
+            key = label_for(cmd.Toggle("locator"), state.settings.keymap)
+            tooltip(f"Where you are in the photo. A click flies there.   {key}")
         draw = imgui.get_window_draw_list()
         low, high = (inner.x, inner.y), (inner.right, inner.bottom)
         if thumbnail is not None:

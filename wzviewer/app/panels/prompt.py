@@ -12,6 +12,7 @@ from wzviewer.app import theme
 from wzviewer.app.generation import is_busy
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.actions import CHEVRON_PT, TOOL_PT, draw_more, draw_tools, has_tools
+from wzviewer.app.panels.branches import tree_rows
 from wzviewer.app.panels.materials import draw_materials
 from wzviewer.app.panels.offers import draw_offers
 from wzviewer.app.panels.surface import (
@@ -26,6 +27,7 @@ from wzviewer.app.panels.surface import (
     tooltip,
     wrapped,
 )
+from wzviewer.app.panels.tree import height_of
 from wzviewer.app.panels.variants import draw_variants
 from wzviewer.app.panels.waiting import draw_waiting
 from wzviewer.app.state import AppState, Job
@@ -44,6 +46,7 @@ AUTO_HINTS = (
     "Add something",
 )
 BUTTON_PT = 100.0
+STACK_HEIGHT_PT = 130.0  # of progress and queue; with materials or variants twice that
 LAST_STAGE = 5  # of the paper
 
 
@@ -56,21 +59,33 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
         asked, is_typing = _line(state, ui, rect)
         commands += asked
     imgui.pop_style_var()
-    base = ui.layout.stack if state.panels.tree and len(state.scene) else rect
+    base = _base(state, ui)
     above = Rect(base.x, rect.y - ui.pt(8), base.width, 0.0)
+    has_offers = is_typing and bool(state.offers) and not (state.refusal or state.panels.materials)
     stack: list[tuple[bool, Callable[[AppState, Ui, Rect], tuple[list[cmd.Command], float]]]] = [
-        (is_typing and bool(state.offers) and not state.refusal, draw_offers),
+        (has_offers, draw_offers),
         (state.panels.materials, draw_materials),
         (state.job is not None, _progress),
         (bool(state.refusal) and state.job is None, _refusal),
         (bool(state.queue.goals), draw_waiting),
-        (state.variants is not None, draw_variants),
+        (state.variants is not None and not is_typing, draw_variants),
     ]
     for _, draw in (item for item in stack if item[0]):
         asked, height = draw(state, ui, above)
         commands += asked
         above = Rect(above.x, above.y - (height + ui.pt(8) if height else 0.0), above.width, 0.0)
     return commands
+
+
+def _base(state: AppState, ui: Ui) -> Rect:
+    """Where the stack above the line stands: beside a tree that reaches down to it."""
+    beside, rect = ui.layout.stack, ui.layout.prompt
+    if beside == rect or not state.panels.tree:
+        return rect
+    bottom = ui.layout.tree.y + height_of(ui, len(tree_rows(state.scene)))
+    is_high = state.panels.materials or state.variants is not None
+    reach = ui.pt(STACK_HEIGHT_PT * (2 if is_high else 1))
+    return beside if bottom > rect.y - reach else rect
 
 
 def _refusal(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], float]:

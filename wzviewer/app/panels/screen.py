@@ -21,6 +21,7 @@ from wzviewer.app.panels.settings import draw_settings
 from wzviewer.app.panels.start import draw_start, draw_start_over
 from wzviewer.app.panels.status import draw_scale_bar, draw_status
 from wzviewer.app.panels.surface import Ui
+from wzviewer.app.panels.timeline import draw_timeline
 from wzviewer.app.panels.toasts import draw_toasts
 from wzviewer.app.panels.toolbar import draw_toolbar
 from wzviewer.app.panels.tree import draw_tree
@@ -36,12 +37,15 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     else:
         if not len(state.scene):
             _flat_photo(state, ui)
-        commands += draw_toolbar(state, ui) + draw_breadcrumb(state, ui) + draw_tree(state, ui)
+        commands += draw_toolbar(state, ui) + draw_breadcrumb(state, ui)
+        is_hidden = state.panels.keep or state.panels.settings  # they stand in its place
+        if not is_hidden and not ui.layout.tree.overlaps(ui.layout.prompt):
+            commands += draw_tree(state, ui)
         draw_frame(state, ui)
         commands += draw_locator(state, ui)
         draw_scale_bar(state, ui)
         draw_status(state, ui)
-        commands += draw_prompt(state, ui) + draw_look(state, ui)
+        commands += draw_prompt(state, ui) + draw_look(state, ui) + draw_timeline(state, ui)
     is_beside = state.panels.statistics and state.has_document
     notices = ui.layout.toasts_beside if is_beside else ui.layout.toasts
     asked, height = draw_film(state, ui, notices)

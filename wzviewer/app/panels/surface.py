@@ -112,6 +112,26 @@ def shade(ui: Ui) -> bool:
 
 
 @contextmanager
+def menu(ui: Ui, name: str, is_context: bool = False) -> Iterator[bool]:
+    """A menu that has been opened; it takes Escape (`input`).
+
+    Args:
+        ui: what to draw with.
+        name: as it is opened with.
+        is_context: whether the right button on the last item opens it.
+    """
+    imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(12), ui.pt(10)))
+    imgui.push_style_var(imgui.StyleVar_.item_spacing.value, (ui.pt(14), ui.pt(8)))
+    is_open = imgui.begin_popup_context_item(name) if is_context else imgui.begin_popup(name)
+    try:
+        yield is_open
+    finally:
+        if is_open:
+            imgui.end_popup()
+        imgui.pop_style_var(2)
+
+
+@contextmanager
 def face(font: imgui.ImFont, size_pt: float = theme.BODY_PT) -> Iterator[None]:
     """Text in another face or size."""
     imgui.push_font(font, size_pt)
@@ -154,12 +174,15 @@ def quiet() -> Iterator[None]:
         yield
 
 
-def choice(ui: Ui, key: str, options: Sequence[tuple[str, T]], present: object) -> T | None:
+def choice(
+    ui: Ui, key: str, options: Sequence[tuple[str, T]], present: object, room: float | None = None
+) -> T | None:
     """Draws a row of buttons, one of them lit; returns the value that was pressed."""
     picked: T | None = None
     gap = ui.pt(4)
     imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(4), ui.pt(4)))
-    width = (imgui.get_content_region_avail().x - gap * (len(options) - 1)) / len(options)
+    room = imgui.get_content_region_avail().x if room is None else room
+    width = (room - gap * (len(options) - 1)) / len(options)
     for number, (name, value) in enumerate(options):
         if number:
             imgui.same_line(0.0, gap)

@@ -7,14 +7,15 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
+from wzviewer.app.keys import label_of
 from wzviewer.app.naming import name_in
 from wzviewer.app.panels.branches import Row, tree_rows
-from wzviewer.app.panels.surface import Ui, colored, elided, face, picture, plate, quiet, tooltip
+from wzviewer.app.panels.surface import Ui, colored, elided, face, menu, picture, plate, quiet, tooltip
 from wzviewer.app.panels.wording import count_text, magnification_text
 from wzviewer.app.places import level_here
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
-from wzviewer.app.varying import can_vary
+from wzviewer.app.variants import can_vary
 from wzviewer.core.scene import Scene
 
 ROW_PT, GAP_PT = 58.0, 4.0
@@ -32,7 +33,7 @@ def draw_tree(state: AppState, ui: Ui) -> list[cmd.Command]:
         return []
     commands: list[cmd.Command] = []
     rect = ui.layout.tree
-    height = min(rect.height, ui.pt(12 + len(rows) * (ROW_PT + GAP_PT) - GAP_PT))
+    height = height_of(ui, len(rows))
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(6), ui.pt(6)))
     imgui.push_style_var(imgui.StyleVar_.item_spacing.value, (0.0, ui.pt(GAP_PT)))
     with plate("tree", type(rect)(rect.x, rect.y, rect.width, height), scrolls=True):
@@ -40,9 +41,17 @@ def draw_tree(state: AppState, ui: Ui) -> list[cmd.Command]:
         if state.renaming is None:
             _changes("renaming", -1)
         for row in rows:
+            if not imgui.is_rect_visible((1.0, ui.pt(ROW_PT))) and row.index != nearest:
+                imgui.dummy((1.0, ui.pt(ROW_PT)))
+                continue
             commands += _row(state, ui, row, row.index == nearest)
     imgui.pop_style_var(2)
     return commands
+
+
+def height_of(ui: Ui, rows: int) -> float:
+    """Returns the height of a tree of so many rows, imgui units."""
+    return min(ui.layout.tree.height, ui.pt(12 + rows * (ROW_PT + GAP_PT) - GAP_PT))
 
 
 def _row(state: AppState, ui: Ui, row: Row, is_here: bool) -> list[cmd.Command]:
@@ -50,7 +59,9 @@ def _row(state: AppState, ui: Ui, row: Row, is_here: bool) -> list[cmd.Command]:
     index, at = row.index, imgui.get_cursor_screen_pos()
     width, height = imgui.get_content_region_avail().x, ui.pt(ROW_PT)
     corner = (at.x + width, at.y + height)
-    is_hovered = imgui.is_window_hovered() and imgui.is_mouse_hovering_rect((at.x, at.y), corner)
+    # While its own eye is pressed the row stays hovered, or the eye would be gone.
+    over = imgui.HoveredFlags_.allow_when_blocked_by_active_item.value
+    is_hovered = imgui.is_window_hovered(over) and imgui.is_mouse_hovering_rect((at.x, at.y), corner)
     if is_hovered or is_here:
         shade = ui.colors.hover if is_hovered else ui.colors.field
         imgui.get_window_draw_list().add_rect_filled((at.x, at.y), corner, u32(shade), ui.pt(7))
@@ -59,7 +70,7 @@ def _row(state: AppState, ui: Ui, row: Row, is_here: bool) -> list[cmd.Command]:
     x = at.x + ui.pt(5 + INDENT_PT * min(row.depth, MAX_INDENT))
     frame = (x, at.y + ui.pt(5), ui.pt(PICTURE_PT), height - ui.pt(10))
     picture(ui, ui.thumbnails.get(index), frame, is_here, opacity)
-    has_eye = index > 0 and (is_hovered or not row.is_seen)
+    has_eye = index > 0 and (is_hovered or state.scene.mark(index).sight != "shown")
     right, text_x = corner[0] - ui.pt(EYE_PT + 2 if has_eye else 4), x + ui.pt(PICTURE_PT + 9)
     imgui.push_style_var(imgui.StyleVar_.alpha.value, opacity)
     _words(state, ui, row, text_x, at.y + ui.pt(10), right)
@@ -77,8 +88,9 @@ def _row(state: AppState, ui: Ui, row: Row, is_here: bool) -> list[cmd.Command]:
         commands.append(cmd.BeginRename(index))
     elif pressed:
         commands.append(cmd.GoToLevel(index))
-    tooltip(details_of(state.scene, index))
-    return commands + _menu(state, row)
+    if imgui.is_item_hovered():
+        tooltip(details_of(state.scene, index))
+    return commands + _menu(state, ui, row)
 
 
 def _follow(index: int) -> None:
@@ -147,26 +159,27 @@ def _rename(state: AppState, ui: Ui, index: int, at: tuple[float, float], right:
     return [cmd.EndRename() if imgui.is_key_pressed(imgui.Key.escape) else cmd.RenameLevel(index, text)]
 
 
-def _menu(state: AppState, row: Row) -> list[cmd.Command]:
+def _menu(state: AppState, ui: Ui, row: Row) -> list[cmd.Command]:
     """What the right button offers."""
-    scene, index = state.scene, row.index
-    if not imgui.begin_popup_context_item(f"menu{index}"):
-        return []
+    with menu(ui, f"menu{row.index}", is_context=True) as is_open:
+        return _offers(state, row) if is_open else []
+
+
+def _offers(state: AppState, row: Row) -> list[cmd.Command]:
+    scene, index, keymap = state.scene, row.index, state.settings.keymap
     is_shown, is_done = scene.mark(index).sight == "shown", scene.is_committed(index)
     offers: list[tuple[str, str, cmd.Command, bool]] = [
         ("Fly there", "", cmd.GoToLevel(index), True),
-        ("Rename", "F2", cmd.BeginRename(index), True),
+        ("Rename", label_of(cmd.BeginRename, keymap), cmd.BeginRename(index), True),
     ]
     if index > 0:
         offers += [
             ("Hide" if is_shown else "Show", "", cmd.ShowLevel(index, not is_shown), is_done),
-            ("Another", "N", cmd.Another(index), can_vary(scene, index)),
+            ("Another", label_of(cmd.Another, keymap), cmd.Another(index), can_vary(scene, index)),
             ("Variants", "", cmd.OpenVariants(index), row.variants > 1),
-            ("Delete", "Del", cmd.DeleteLevel(index), is_done),
+            ("Delete", label_of(cmd.DeleteHere, keymap), cmd.DeleteLevel(index), is_done),
         ]
-    asked = [c for name, key, c, is_possible in offers if imgui.menu_item(name, key, False, is_possible)[0]]
-    imgui.end_popup()
-    return asked
+    return [c for name, key, c, is_possible in offers if imgui.menu_item(name, key, False, is_possible)[0]]
 
 
 def details_of(scene: Scene, index: int) -> str:

@@ -5,6 +5,7 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
+from wzviewer.app.keys import label_of
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, face, picture, plate, tooltip
 from wzviewer.app.state import AppState
@@ -40,7 +41,7 @@ def draw_variants(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Comman
         if is_making:
             _empty(ui, len(group))
             imgui.same_line(0.0, ui.pt(GAP_PT))
-        commands += _buttons(ui, index)
+        commands += _buttons(state, ui, index)
         height = imgui.get_window_height()
     imgui.pop_style_var()
     return commands, height
@@ -88,7 +89,7 @@ def _number(ui: Ui, x: float, bottom: float, number: int) -> None:
         draw.add_text((low[0] + ui.pt(4), low[1] + ui.pt(1)), u32(theme.ON_PICTURE), text)
 
 
-def _buttons(ui: Ui, index: int) -> list[cmd.Command]:
+def _buttons(state: AppState, ui: Ui, index: int) -> list[cmd.Command]:
     """Two buttons, one above the other, as high as a tile."""
     commands: list[cmd.Command] = []
     size = (ui.pt(BUTTON_PT), (ui.pt(TILE_PT[1]) - ui.pt(4)) / 2)
@@ -98,7 +99,8 @@ def _buttons(ui: Ui, index: int) -> list[cmd.Command]:
     with face(ui.fonts.regular, theme.SMALL_PT):
         if imgui.button(f"{icons.ICON_FA_DICE} Another", size):
             commands.append(cmd.Another(index))
-        tooltip("The same once more, with another seed   N")
+        key = label_of(cmd.Another, state.settings.keymap)
+        tooltip(f"The same once more, with another seed   {key}")
         with colored(ui.colors.accent):
             if imgui.button(f"{icons.ICON_FA_CHECK} Keep", size):
                 commands.append(cmd.OpenVariants(None))

@@ -6,7 +6,8 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
-from wzviewer.app.naming import name_in
+from wzviewer.app.naming import DETAIL, name_in
+from wzviewer.app.panels.frame import draw_place
 from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, quiet, tooltip
 from wzviewer.app.state import AppState, Goal
 from wzviewer.core.scene import Scene
@@ -30,7 +31,7 @@ def draw_waiting(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command
             imgui.text_unformatted("Next")
         imgui.same_line(0.0, ui.pt(8))
         for place, goal in enumerate(goals):
-            text = elided(wish_text(state.scene, goal), ui.pt(CHIP_PT))
+            text = elided(wish_text(state.scene, goal), min(ui.pt(CHIP_PT), above.width / 5))
             needed = imgui.calc_text_size(f"{text}  {icons.ICON_FA_XMARK}").x + ui.pt(20 + CLEAR_PT)
             rest = ui.pt(MORE_PT) if place + 1 < len(goals) else 0.0
             if place and imgui.get_cursor_screen_pos().x + needed + rest > right:
@@ -38,6 +39,8 @@ def draw_waiting(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command
                 break
             if imgui.button(f"{text}  {icons.ICON_FA_XMARK}##wish{place}"):
                 commands.append(cmd.DropWish(place))
+            if imgui.is_item_hovered():
+                draw_place(state, ui, goal.camera)
             tooltip("Take it out of the queue")
             imgui.same_line(0.0, ui.pt(4))
         imgui.same_line(right - imgui.get_window_pos().x - imgui.calc_text_size("Clear").x - ui.pt(16))
@@ -53,7 +56,8 @@ def draw_waiting(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command
 def wish_text(scene: Scene, goal: Goal) -> str:
     """Returns what a goal is called in the queue."""
     if goal.like is not None and goal.like < len(scene):
-        name = f"another {name_in(scene, goal.like)}"
+        what = name_in(scene, goal.like)
+        name = "other detail" if what == DETAIL else f"another {what.removeprefix('a ').removeprefix('an ')}"
     else:
         name = goal.prompt or "finer detail"
     return f"{name} ×{goal.count}" if goal.count > 1 else name

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from wzviewer.core.camera import Camera
-from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.models.builtin.depth.estimator import DepthReading
 from wzviewer.worker.models.builtin.detail.describe import Context
@@ -75,6 +75,9 @@ class ImageEditor(Protocol):
 
     def parse(self, prompt: str) -> Edit:
         """Understands a prompt, or raises `errors.PromptError` with the words that are known."""
+
+    def insertion(self, cutout: ByteArray, name: str) -> Edit:
+        """Returns the edit that puts a picture (h, w, 4) uint8 in; `errors.PromptError` if it is none."""
 
     def apply(
         self, edit: Edit, image: FloatArray, geometry: Support, seed: int, check: Check | None = None

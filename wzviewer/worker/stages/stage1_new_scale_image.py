@@ -213,7 +213,7 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     """I = Edit(I', U) (lines 15-19); objects of coarser levels are drawn again, finer."""
     camera = draft.camera
     ray = ((camera.width / 2 - camera.cx) / camera.fx, (camera.height / 2 - camera.cy) / camera.fy)
-    support = Support(draft.relief, camera.focal_px, *ray)
+    support = Support(draft.relief, camera.focal_px, *ray, sky=draft.sky)
     for level in draft.path:
         draft = _redrawn(draft, level, models, support, seed, check)
     if not edit:
@@ -221,7 +221,12 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     result = models.editor.apply(edit, draft.image, support, seed, check=check)
     placements = [placement.to_dict() for placement in result.placements]
     draft = _with_objects(draft, result)
-    return replace(draft, notes={**draft.notes, "placements": placements})
+    notes = {**draft.notes, "placements": placements}
+    if result.places:
+        notes["places"] = list(result.places)
+    if any(request.pixels is not None for request in edit.objects):
+        notes["cutout"] = True
+    return replace(draft, notes=notes)
 
 
 def _redrawn(

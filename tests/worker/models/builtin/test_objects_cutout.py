@@ -71,3 +71,30 @@ def test_unreadable_files_are_refused(tmp_path, content):
 def test_transparent_files_are_refused(tmp_path):
     with pytest.raises(PromptError):
         cutout.load_cutout(written(tmp_path, np.zeros((20, 20, 4), np.uint8)))
+
+
+def test_a_picture_in_memory_is_put_in_as_a_file_is(tmp_path):
+    mask = disc()
+    bgra = np.dstack([np.full_like(mask, 30), np.full_like(mask, 200), np.full_like(mask, 40), mask])
+    editor, image = ObjectEditor(), np.full((H, W, 3), 0.5, np.float32)
+    support = Support(np.zeros((H, W), np.float32), 1200.0)
+    named = editor.apply(editor.parse(written(tmp_path, bgra)), image, support, 3)
+    given = editor.apply(editor.insertion(bgra[..., [2, 1, 0, 3]], "disc"), image, support, 3)
+    np.testing.assert_array_equal(given.image, named.image)
+    np.testing.assert_array_equal(given.object_relief, named.object_relief)
+
+
+@pytest.mark.parametrize(
+    "pixels",
+    [
+        np.zeros((20, 20, 4), np.uint8),
+        np.zeros((20, 20, 3), np.uint8),
+        np.zeros((20, 20), np.uint8),
+        np.ones((0, 20, 4), np.uint8),
+        np.full((20, 20, 4), 1.0, np.float32),
+        np.full((1, 4000, 4), 255, np.uint8),
+    ],
+)
+def test_malformed_pictures_in_memory_are_refused(pixels):
+    with pytest.raises(PromptError):
+        ObjectEditor.insertion(pixels, "thing")

@@ -55,14 +55,14 @@ def deeper(result, relief, at=None):
     )
 
 
-@pytest.mark.parametrize("name", ["bird", "fish", "lizard", "coin", "crystal", "cat at night"])
+@pytest.mark.parametrize("name", ["bird", "fish", "lizard", "coin", "crystal", "feather", "cat at night"])
 def test_shrunk_it_equals_its_parent(name):
     support = Support(floor(), 1200.0)
     result = EDITOR.apply(EDITOR.parse(f"a big {name}"), picture(), support, 1)
     crop, finer = deeper(result, floor())
     assert finer is not None
     shrunk = cv2.resize(finer.image, crop.shape[1::-1], interpolation=cv2.INTER_AREA)
-    assert similarity(shrunk, crop) >= 0.9  # measured .905 (lizard, cat) to .998 (coin)
+    assert similarity(shrunk, crop) >= 0.9  # measured .945 (lizard) to .9997 (crystal)
 
 
 def post():

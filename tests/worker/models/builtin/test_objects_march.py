@@ -6,11 +6,14 @@ from numba import njit
 
 from wzviewer.worker.models.builtin.objects import bodies, patterns, primitives
 from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
-from wzviewer.worker.models.builtin.objects.render import Pose, Scene, render_mask
+from wzviewer.worker.models.builtin.objects.pose import Pose
+from wzviewer.worker.models.builtin.objects.render import Scene, render_mask
 
-distance = njit(lambda P, i, x, y, z, T: primitives.primitive_distance(P, i, x, y, z, T))
-field = njit(lambda P, ids, x, y, z, T: primitives.field(P, ids, 0, ids.shape[0], x, y, z, T, -1))
+distance = njit(lambda P, i, x, y, z, T: primitives.primitive_distance(P, i, x, y, z, T, primitives.FAR))
+field = njit(lambda P, ids, x, y, z, T: primitives.field(P, ids, 0, ids.shape[0], x, y, z, T, -1)[:2])
+whole_field = njit(lambda P, ids, x, y, z, T: primitives.field(P, ids, 0, ids.shape[0], x, y, z, T, -1))
 FACING = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])  # object z towards the viewer
+CLOSE = Pose(FACING, 300.0, (48.0, 48.0, 0.0))
 
 
 def pen():
@@ -85,6 +88,43 @@ def test_field_is_the_plain_minimum_over_groups(points):
             assert distance(P, who, *map(float, p), body.outlines) == pytest.approx(want, abs=1e-9)
         else:
             assert got <= want + 1e-9  # far away a bound is enough
+
+
+def test_what_is_said_of_the_other_groups_is_never_too_far(points):
+    """A ray may go on that far without meeting another group."""
+    body = BUILDERS["bee"](np.random.default_rng(1), bodies.Tint())
+    P, ids = body.primitives, np.arange(len(body.primitives))
+    for p in points[:40] * 0.5:
+        _, who, others = whole_field(P, ids, *map(float, p), body.outlines)
+        rest = ids[P[:, 29] != P[who, 29]]
+        assert others <= field(P, rest, *map(float, p), body.outlines)[0] + 1e-9
+
+
+@njit
+def short_steps(P, ids, T, frame, rays, depth):
+    """Marches the plainest way: every primitive, a third of the distance at a time."""
+    for r in range(rays.shape[0]):
+        t = -2.0
+        while t < 2.0:
+            p = frame[0] + rays[r, 0] * frame[1] + rays[r, 1] * frame[2] + t * frame[3]
+            gap = field(P, ids, p[0], p[1], p[2], T)[0]
+            if gap < 0.25 / 300:
+                depth[r] = t
+                break
+            t += max(0.3 * gap, 0.2 / 300)
+
+
+@pytest.mark.parametrize("name", ["bee", "flower", "starfish", "lego brick", "lizard"])
+def test_common_starts_and_long_steps_miss_nothing(name):
+    scene = Scene(BUILDERS[name](np.random.default_rng(2), bodies.Tint()), CLOSE, 96, 96)
+    rays = scene.pixels()[::9] + 0.5
+    want = np.full(len(rays), np.nan)
+    P = scene.primitives
+    short_steps(P, np.arange(len(P)), scene.body.outlines, scene.frame, rays, want)
+    got = scene.march(rays)[0][:, 0]
+    wrong = ~(np.abs(got - want) * 300 < 1.0) & ~(np.isnan(got) & np.isnan(want))
+    assert np.isfinite(want).any()
+    assert wrong.mean() < 0.006  # measured 0; .003 of the bee, single pixels beside its hairs
 
 
 def test_marched_sphere_has_the_area_and_relief_of_a_sphere():

@@ -11,6 +11,7 @@
         │  └ traits, sheets, baking            colours; outlines and veins -> 2-D distance textures
         │    substances                        the same body in gold, wood, stone, glass, moss
         ▼
+    places       "on the sunflower" -> a spot in the picture, by its look
     placement    relief of the support -> pose (tilt, heading, size), contact
         ▼
     render ── thin         hairs widened to a pixel, balls that hold thin parts
@@ -25,7 +26,7 @@
         ▼
     inserting    all of it for one object     weather, dew   what covers the whole picture
         │                                     cutout   an image file goes in by the same door
-    deeper       the same object again at a deeper level
+    deeper       the same object again at a deeper level; dew draws its drops again
     placed       what is kept of it
 
 `editor.ObjectEditor` is the public face; everything else is private to this package.  The same

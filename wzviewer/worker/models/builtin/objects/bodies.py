@@ -48,6 +48,7 @@ class Body:
         cards: (k, c, s, s) float32 further distances of cards.
         tilt_deg: smallest and largest angle between the view and the support's normal.
         yaw_deg: heading in the image, counted from right towards the back.
+        turns: whether it may head the other way as well; not if only one side is worth seeing.
         refractive: True for clear bodies, composited by bending the background.
         clear: (r, g, b) share of light that a clear body lets through.
     """
@@ -58,6 +59,7 @@ class Body:
     cards: FloatArray
     tilt_deg: tuple[float, float] = (28.0, 55.0)
     yaw_deg: float = 35.0
+    turns: bool = True
     refractive: bool = False
     clear: Vector = (1.0, 1.0, 1.0)
 

@@ -119,6 +119,12 @@ def harmonised(body: FloatArray, alpha: FloatArray, image: FloatArray) -> FloatA
     return np.clip(low + body * (high - low) + 0.02 * chroma * (1 - body), 0, 1).astype(np.float32)
 
 
+def rippled(picture: FloatArray, image: FloatArray, alpha: FloatArray) -> FloatArray:
+    """Returns a body (h, w, 3) under the ripples and glints of the water (h, w, 3) above it."""
+    waves = image - cv2.GaussianBlur(image, (0, 0), image.shape[1] / 160)
+    return np.clip(picture + 0.6 * waves * alpha[..., None], 0, 1).astype(np.float32)
+
+
 def reflected(
     parent: FloatArray, image: FloatArray, layer: Layer, finish: Finish
 ) -> tuple[FloatArray, FloatArray]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from wzviewer.core.types import FloatArray
+from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.errors import PromptError
 from wzviewer.worker.models.builtin.objects.lighting import linear_from_srgb
 from wzviewer.worker.models.builtin.objects.placement import MARGIN, Plane
@@ -27,7 +27,24 @@ def load_cutout(path: str) -> FloatArray:
     image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
     if image is None:
         raise PromptError(repr(path), "not a readable image", "Give a PNG, JPEG or WebP file")
-    rgba = _rgba(image)
+    return _subject(_rgba(image), repr(path))
+
+
+def prepared(pixels: ByteArray, name: str) -> FloatArray:
+    """Does the same for a picture in memory, (h, w, 4) uint8 sRGB and alpha.
+
+    Raises:
+        PromptError: it is malformed, or nothing of it is opaque.
+    """
+    if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 4 or not pixels.size:
+        raise PromptError(repr(name), "not a picture with an alpha channel", "Give an image file")
+    if max(pixels.shape[:2]) > _LARGEST:
+        raise PromptError(repr(name), f"is larger than {_LARGEST} px", "Give a smaller one")
+    return _subject(pixels.astype(np.float32) / np.float32(255), repr(name))
+
+
+def _subject(rgba: FloatArray, name: str) -> FloatArray:
+    """Returns what is opaque of a picture, cut out of a plain ground if need be."""
     shrink = _LARGEST / max(rgba.shape[:2])
     if shrink < 1:
         rgba = cv2.resize(rgba, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
@@ -35,7 +52,7 @@ def load_cutout(path: str) -> FloatArray:
         rgba[..., 3] = _keyed(rgba[..., :3])
     rows, columns = np.nonzero(rgba[..., 3] > 0.03)
     if len(rows) < 16:
-        raise PromptError(repr(path), "nothing of it is opaque", "Give an image with an opaque subject")
+        raise PromptError(name, "nothing of it is opaque", "Give an image with an opaque subject")
     return np.ascontiguousarray(rgba[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1])
 
 

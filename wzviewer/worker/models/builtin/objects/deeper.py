@@ -5,11 +5,19 @@ import numpy as np
 
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.objects import composite
-from wzviewer.worker.models.builtin.objects.inserting import Check, body_of, plane_image, setting_of, without
+from wzviewer.worker.models.builtin.objects.inserting import (
+    Check,
+    body_of,
+    drowned,
+    plane_image,
+    setting_of,
+    without,
+)
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support, hidden_by
 from wzviewer.worker.models.builtin.objects.render import Scene, render
 
+_OPAQUE = 0.94  # a sheet of feather or wing covers .96 at most
 _BAND_LIMITS = (40 / 255, 20 / 255, 10 / 255)  # how far each step may pull back to the parent's picture
 
 
@@ -30,7 +38,7 @@ def march_again(
     if not (scene.spans[:, 1] > scene.spans[:, 0]).any():
         return None
     setting = setting_of(placed, body)
-    layer = render(scene, setting, check)
+    layer = drowned(render(scene, setting, check), placed.water)
     mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
     if mask.mean() < 2e-4:
         return None
@@ -103,7 +111,7 @@ def _toward_parent(picture: FloatArray, base: FloatArray, alpha: FloatArray, fac
     size = (max(round(w / factor), 1), max(round(h / factor), 1))
     # Around the body's outline the coarser picture is a mixture: only what lies beyond it counts.
     k = np.ones((int(1.5 * factor) | 1,) * 2, np.uint8)
-    inside = cv2.erode((alpha > 0.98).astype(np.float32), k, borderValue=1)
+    inside = cv2.erode((alpha > _OPAQUE).astype(np.float32), k, borderValue=1)
     outside = cv2.erode((alpha < 0.02).astype(np.float32), k, borderValue=1)
     off = np.abs(base - picture)[inside > 0.5]
     # Where weather has changed the body, the parent's picture is right and what is marched here is not.

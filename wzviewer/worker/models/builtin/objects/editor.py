@@ -9,16 +9,19 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from wzviewer.core.types import FloatArray
+from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.core.vocabulary import Vocabulary
-from wzviewer.worker.models.builtin.objects import grammar
+from wzviewer.worker.models.builtin.objects import cutout, grammar
 from wzviewer.worker.models.builtin.objects.deeper import march_again
-from wzviewer.worker.models.builtin.objects.grammar import Edit, Request
+from wzviewer.worker.models.builtin.objects.dew import redrawn
+from wzviewer.worker.models.builtin.objects.grammar import Change, Edit, Request
 from wzviewer.worker.models.builtin.objects.inserting import Check, insert
 from wzviewer.worker.models.builtin.objects.lighting import Light
-from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, unchanged
+from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, dew_of, unchanged
 from wzviewer.worker.models.builtin.objects.placement import Support
-from wzviewer.worker.models.builtin.objects.weather import changed
+from wzviewer.worker.models.builtin.objects.places import Spot, View, cover_of, spots
+from wzviewer.worker.models.builtin.objects.weather import changed_by, dew_on
+from wzviewer.worker.models.builtin.objects.words import SMALL
 
 __all__ = ["Edit", "EditResult", "Light", "ObjectEditor", "Placement", "Request", "Support"]
 
@@ -34,6 +37,15 @@ class ObjectEditor:
             PromptError: at once, for what it does not know.
         """
         return grammar.parse(prompt)
+
+    @staticmethod
+    def insertion(pixels: ByteArray, name: str) -> Edit:
+        """Returns the edit that puts a cut-out in.
+
+        Raises:
+            PromptError: when it is malformed, or nothing of it is opaque.
+        """
+        return Edit(name, (Request("image", pixels=cutout.prepared(pixels, name)),))
 
     @staticmethod
     def vocabulary() -> Vocabulary:
@@ -69,10 +81,15 @@ class ObjectEditor:
             whatever `check` raises.
         """
         result = unchanged(image)
+        h, w = image.shape[0], image.shape[1]
+        view = View.of(image, geometry)
+        told: list[dict[str, object]] = []
         number = 0
         for request in edit.objects:
-            spots = _spots(request, image.shape[:2], np.random.default_rng([seed, 77]))
-            for centre, width in spots:
+            where, found = _spots(request, view, image.shape[:2], seed)
+            if request.place:
+                told.append({"object": request.name, "place": " ".join(request.place), "found": found})
+            for centre, width in where:
                 if check is not None:
                     check()
                 result = insert(
@@ -84,14 +101,16 @@ class ObjectEditor:
                     (seed * 1009 + 31 * number) & 0x7FFFFFFF,
                     light,
                     check,
+                    cover_of(request.place, view, (h, w)) if request.submerged else None,
                 )
                 number += 1
         if edit.changes:
             if check is not None:
                 check()
             relief = np.where(result.object_mask, result.object_relief, geometry.relief)
-            result = replace(result, image=changed(result.image, relief, edit.changes, seed))
-        return result
+            for k, change in enumerate(edit.changes):
+                result = _weathered(result, change, relief, seed + 13 * k)
+        return replace(result, places=tuple(told))
 
     def preview(
         self,
@@ -107,7 +126,10 @@ class ObjectEditor:
         small = (max(w // 3, 16), max(h // 3, 16))
         factor = small[0] / w
         relief = cv2.resize(geometry.relief, small, interpolation=cv2.INTER_NEAREST) * np.float32(factor)
-        support = Support(relief, geometry.focal_px * factor, geometry.ray_x, geometry.ray_y)
+        sky = geometry.sky
+        if sky is not None:
+            sky = cv2.resize(sky.astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
+        support = Support(relief, geometry.focal_px * factor, geometry.ray_x, geometry.ray_y, sky)
         thumb = cv2.resize(image, small, interpolation=cv2.INTER_AREA)
         return _enlarged(self.apply(edit, thumb, support, seed, check, light), thumb, image)
 
@@ -135,32 +157,48 @@ class ObjectEditor:
         Returns:
             the picture with the objects finer; None if none is in view.
         """
-        result = unchanged(image)
+        result, again = unchanged(image), False
         for k, placed in enumerate(placements):
-            if placed.name == "image":
+            if placed.name == "dew":
+                drops = np.asarray(placed.drops, np.float64).reshape(-1, 5)
+                picture = redrawn(result.image, drops, placed.light.direction, mapping, parent_factor)
+                result, again = (result, again) if picture is None else (replace(result, image=picture), True)
+            if placed.name in ("image", "dew"):
                 continue
             finer = march_again(placed, mapping, result, geometry, seed + k, check, parent_factor)
             result = finer if finer is not None else result
-        return result if result.object_mask.any() else None
+        return result if again or result.object_mask.any() else None
 
 
-def _spots(
-    request: Request, shape: tuple[int, ...], rng: np.random.Generator
-) -> list[tuple[tuple[float, float], float]]:
-    """Returns (centre px, width px) of each copy: one at its place, several apart from each other."""
+def _weathered(result: EditResult, change: Change, relief: FloatArray, seed: int) -> EditResult:
+    """Applies one change; of dew the drops are kept, to be drawn again at deeper levels."""
+    image = changed_by(change, result.image, relief, seed)
+    kept = result.placements
+    if change.name == "dew":
+        dew = dew_on(result.image, relief, change.amount, seed)
+        kept = (*kept, dew_of(dew.drops, dew.light))
+    return replace(result, image=image, placements=kept)
+
+
+def _spots(request: Request, view: View, shape: tuple[int, ...], seed: int) -> tuple[list[Spot], bool]:
+    """Returns (centre px, width px) of each copy, and whether the place of the prompt was found."""
     h, w = shape[0], shape[1]
     centre = (w * (0.5 + request.offset[0]), h * (0.5 + request.offset[1]))
-    if request.count == 1:
-        return [(centre, request.size * w)]
+    if request.count == 1 and request.hovers and not request.place:
+        return [(centre, request.size * w)], False
     width = request.size * w * request.count**-0.5
-    spots: list[tuple[tuple[float, float], float]] = []
-    gap = 1.15 * width
-    while len(spots) < request.count:
-        x, y = rng.uniform(0.14, 0.86) * w, rng.uniform(0.18, 0.82) * h
-        if all(np.hypot(x - sx, y - sy) > gap for (sx, sy), _ in spots):
-            spots.append(((x, y), width * rng.uniform(0.85, 1.15)))
-        gap *= 0.985
-    return sorted(spots, key=lambda s: s[0][1])
+    fits = (request.name in SMALL and not request.sized) or request.submerged
+    return spots(
+        request.place,
+        request.relation,
+        centre,
+        width,
+        view,
+        (h, w),
+        count=request.count,
+        fits=fits,
+        seed=seed,
+    )
 
 
 def _enlarged(small: EditResult, thumb: FloatArray, image: FloatArray) -> EditResult:
@@ -174,6 +212,5 @@ def _enlarged(small: EditResult, thumb: FloatArray, image: FloatArray) -> EditRe
     relief = cv2.resize(small.object_relief, size, interpolation=cv2.INTER_NEAREST) * factor
     mask = np.isfinite(relief)
     shadow = cv2.resize(small.shadow, size, interpolation=cv2.INTER_LINEAR)
-    return EditResult(
-        np.clip(picture, 0, 1).astype(np.float32), relief, mask, alpha, shadow, small.placements
-    )
+    picture = np.clip(picture, 0, 1).astype(np.float32)
+    return EditResult(picture, relief, mask, alpha, shadow, small.placements, small.places)

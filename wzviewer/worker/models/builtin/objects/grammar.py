@@ -8,19 +8,23 @@ is better than a wrong object.
 
 import difflib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from wzviewer.core.types import FloatArray
 from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.errors import PromptError
 from wzviewer.worker.models.builtin.objects.traits import Tint, linear
 from wzviewer.worker.models.builtin.objects.words import (
+    ABOVE,
     ADJECTIVES,
     AMOUNTS,
     CHANGES,
     COLORS,
     COUNTS,
     FILLERS,
+    FLIERS,
+    FLIGHT,
     JOINTS,
     KIN,
     LIGHTS,
@@ -28,12 +32,15 @@ from wzviewer.worker.models.builtin.objects.words import (
     PATTERNS,
     PLURALS,
     PREPOSITIONS,
+    RELATIONS,
     SIZES,
     SUBSTANCES,
     SURFACES,
     USUAL_AMOUNT,
     VERBS,
+    WATERS,
     WHERE,
+    WITHIN,
     known_words,
 )
 
@@ -65,6 +72,12 @@ class Request:
         tint: colour, pattern and substance words, resolved.
         offset: (x, y) place relative to the centre, in widths and heights.
         path: the image file, if name is "image".
+        place: nouns and colours of its place, see `places`.
+        relation: "on", "beside" or "under" its place.
+        hovers: whether it is in the air above its place.
+        submerged: whether it is below the surface of water.
+        sized: whether a word says how large it is.
+        pixels: (h, w, 4) sRGB and alpha, 0..1, instead of a file; or None.
     """
 
     name: str
@@ -73,6 +86,12 @@ class Request:
     tint: Tint = NO_TINT
     offset: tuple[float, float] = (0.0, 0.0)
     path: str = ""
+    place: tuple[str, ...] = ()
+    relation: str = "on"
+    hovers: bool = False
+    submerged: bool = False
+    sized: bool = False
+    pixels: FloatArray | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -229,11 +248,37 @@ def _phrase(prompt: str, words: list[str]) -> tuple[Request, list[Change]]:
         raise _refusal(prompt, unknown)
     counts = [COUNTS[_corrected(w)] for w in qualities if _corrected(w) in COUNTS and w not in {"the"}]
     count = max(counts, default=3 if plural else 1)
-    size = next((SIZES[_corrected(w)] for w in qualities if _corrected(w) in SIZES), DEFAULT_SIZE)
+    size = next((SIZES[_corrected(w)] for w in qualities if _corrected(w) in SIZES), None)
     count = 3 if plural and count == 1 else count
-    request = Request(name, count, size, _tint(qualities + brought), _offset(place))
+    _refuse_flight(prompt, name, words)
+    said = set(words)
+    preposition = next((w for w in words if w in PREPOSITIONS), "on")
+    wet = bool(WATERS & set(place)) and preposition in WITHIN
+    request = Request(
+        name,
+        count,
+        size or DEFAULT_SIZE,
+        _tint(qualities + brought),
+        _offset(place),
+        place=tuple(w for w in place if w in SURFACES or w in COLORS),
+        relation="on" if wet else RELATIONS.get(preposition, "on"),
+        hovers=bool(said & FLIGHT) or preposition in ABOVE or "sky" in place,
+        submerged=wet or "underwater" in said,
+        sized=size is not None,
+    )
     amount = next((AMOUNTS[w] for w in brought if w in AMOUNTS), USUAL_AMOUNT)
     return request, [Change(CHANGES[w], amount) for w in changes]
+
+
+def _refuse_flight(prompt: str, name: str, words: list[str]) -> None:
+    """What is drawn at rest is not hung into the air with folded wings."""
+    flight = next((w for w in words if w in FLIGHT), None)
+    if flight and name not in FLIERS:
+        raise PromptError(
+            repr(prompt),
+            f'"{flight}" does not go with a {name}, which is drawn at rest',
+            f"Leave the word out, or let one of these fly: a {', a '.join(FLIERS)}",
+        )
 
 
 def _split_place(words: list[str]) -> tuple[list[str], list[str]]:

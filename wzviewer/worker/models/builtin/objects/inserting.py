@@ -19,11 +19,16 @@ from wzviewer.worker.models.builtin.objects.lighting import (
 from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged, shifted
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
-from wzviewer.worker.models.builtin.objects.render import Layer, Pose, Scene, ground_shadow, render
+from wzviewer.worker.models.builtin.objects.pose import Pose
+from wzviewer.worker.models.builtin.objects.render import Layer, Scene, ground_shadow, render
 from wzviewer.worker.models.builtin.objects.shading import Setting
 from wzviewer.worker.models.builtin.objects.substances import recast
 
 Check = Callable[[], object] | None
+_HOVER = 0.40  # body lengths above its place
+_VEIL = 0.45  # share of what is seen under water that is the water
+_THROUGH_WATER = np.array([0.62, 0.86, 0.94], np.float32)
+_SHADOW_IN_WATER, _BLUR_IN_WATER_PX = 0.35, 1.2
 
 
 @lru_cache(maxsize=6)
@@ -41,38 +46,60 @@ def insert(
     seed: int,
     light: Light | None,
     check: Check,
+    cover: FloatArray | None = None,
 ) -> EditResult:
-    """Returns the picture with one more object in it."""
+    """Returns the picture with one more object in it; `cover` (h, w) is where the water is that holds it."""
     light = light or light_from_photo(result.image, centre, 0.5 * width_px)
     if request.name == "image":
         return _insert_image(request, result, geometry, centre, width_px, seed, light)
     body = body_of(request.name, seed, request.tint)
-    pose, plane = placement.pose_on(body, geometry, centre, width_px, np.random.default_rng([seed, 5]))
+    height = _HOVER if request.hovers else 0.0
+    rng = np.random.default_rng([seed, 5])
+    pose, plane = placement.pose_on(body, geometry, centre, width_px, rng)
     bounce = _surroundings(result.image, centre, width_px)
     lift = placement.lift_onto(pose, plane)
-    placed = Placement(request.name, seed, request.tint, pose, lift, light, bounce, width_px)
+    pose = placement.hovering(pose, height, (result.image.shape[0], result.image.shape[1]))
+    water = bounce if request.submerged else None
+    placed = Placement(request.name, seed, request.tint, pose, lift, light, bounce, width_px, water)
     h, w = result.image.shape[:2]
     scene, setting = Scene(body, pose, w, h), setting_of(placed, body)
-    layer = render(scene, setting, check)
-    ground = ground_shadow(scene, setting, _bumps(geometry.relief, plane, width_px), check)
+    layer = drowned(render(scene, setting, check), water)
+    if cover is not None:
+        layer = without(layer, cover < 0.5)
+    ground = ground_shadow(scene, setting, _bumps(geometry.relief, plane, width_px), check, height)
     gain = composite.shadow_gain(ground, light, layer.alpha)
+    if water is not None:
+        gain = 1 - _SHADOW_IN_WATER * (1 - gain) * (1 if cover is None else cover)
     mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
     relief = np.where(mask, layer.relief + plane_image(lift, (h, w)), np.nan).astype(np.float32)
     behind = np.fmin(geometry.relief, result.object_relief)
     hidden = placement.hidden_by(behind, relief, mask, pose.size_px)
-    relief, shift = placement.settle(relief, mask, behind, pose.size_px)
+    relief, shift = placement.settle(relief, mask, behind, pose.size_px, floats=height > 0)
     if hidden.any():
         near = geometry.relief < plane_image(plane, (h, w)) - 0.4 * pose.size_px
         layer, mask, gain = without(layer, hidden), mask & ~hidden, np.where(near, np.float32(1), gain)
     placed = shifted(placed, shift)
     finish = composite.Finish.of(result.image)
+    if water is not None:
+        finish = composite.Finish(_BLUR_IN_WATER_PX, finish.grain)
     if body.refractive:
         picture, alpha = composite.refract(
             result.image, layer, gain, light, finish, setting.to_light, body.clear
         )
     else:
         picture, alpha = composite.composite(result.image, layer, gain, light, finish, seed)
+    if water is not None:
+        picture = composite.rippled(picture, result.image, alpha)
     return merged(result, picture, relief, mask, alpha, gain, placed)
+
+
+def drowned(layer: Layer, water: tuple[float, float, float] | None) -> Layer:
+    """Returns a layer seen through water: dimmer, most of all in red, and veiled by the water's colour."""
+    if water is None:
+        return layer
+    veil = np.asarray(water, np.float32) * layer.alpha[..., None]
+    color = (1 - _VEIL) * _THROUGH_WATER * layer.color + _VEIL * veil
+    return Layer(color, layer.alpha, layer.relief, layer.normal)
 
 
 def without(layer: Layer, hidden: BoolArray) -> Layer:
@@ -92,7 +119,7 @@ def _insert_image(
     light: Light,
 ) -> EditResult:
     shape = (result.image.shape[0], result.image.shape[1])
-    rgba = cutout.load_cutout(request.path)
+    rgba = request.pixels if request.pixels is not None else cutout.load_cutout(request.path)
     layer, foot = cutout.card_layer(rgba, shape, centre, width_px, light.exposure)
     plane = placement.fit_plane(geometry, *centre, 0.6 * width_px)
     rows = np.nonzero((layer.alpha > 0.5).any(1))[0]

@@ -13,7 +13,7 @@ def conch(rng: np.random.Generator, tint: Tint) -> Body:
     second = shaded(tint.color, 0.45) if tint.color else linear(172, 98, 52)
     outside = pen.material(
         SHELL, color, second, rough=0.5, wrap=0.25, coat=0.35, coat_rough=0.18, wavelength=0.02,
-        free=(2.0, 0.30, 0.8, 0.010, 1.0),
+        free=(2.0, 0.30, 0.8, 0.005, 1.0),
     )  # fmt: skip
     lip = pen.material(
         SHELL, linear(244, 168, 142), linear(250, 206, 184), rough=0.3, wrap=0.4, coat=0.9, coat_rough=0.10,
@@ -35,7 +35,7 @@ def conch(rng: np.random.Generator, tint: Tint) -> Body:
     whorls(0.150, (-26.0, 1.2), outside, 0.32, 0.25, False)
     pen.cone((0.0, 0.10, 0.25), (0.03, 0.50, 0.20), 0.085, 0.028, outside, group=group, blend=0.10)
     whorls(0.090, (-1.5, 2.2), lip, 0.0, 0.45, True)
-    return pen.body(lift=0.108, tilt_deg=(48.0, 66.0), yaw_deg=20.0)
+    return pen.body(lift=0.108, tilt_deg=(48.0, 66.0), yaw_deg=160.0, turns=False)
 
 
 def snail(rng: np.random.Generator, tint: Tint) -> Body:

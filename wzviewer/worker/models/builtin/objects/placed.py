@@ -1,14 +1,14 @@
 """What an edit leaves behind: the picture, its objects' geometry, and how each can be marched again."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Tint
 from wzviewer.worker.models.builtin.objects.lighting import Light
 from wzviewer.worker.models.builtin.objects.placement import Plane
-from wzviewer.worker.models.builtin.objects.render import Pose
+from wzviewer.worker.models.builtin.objects.pose import Pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +24,8 @@ class Placement:
         light: the photograph's light there.
         bounce: (r, g, b) linear light from the support.
         width_px: its picture's width there.
+        water: (r, g, b) linear colour of the water that it is under; None in air.
+        drops: of dew (name "dew"): (x, y, radius, flattening, turn) of each drop, px and radians.
     """
 
     name: str
@@ -34,6 +36,8 @@ class Placement:
     light: Light
     bounce: tuple[float, float, float]
     width_px: float
+    water: tuple[float, float, float] | None = None
+    drops: tuple[tuple[float, ...], ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """Returns a JSON-able form."""
@@ -56,6 +60,8 @@ class Placement:
             "light": self.light.to_dict(),
             "bounce": list(self.bounce),
             "width_px": self.width_px,
+            "water": self.water,
+            "drops": [[round(v, 4) for v in drop] for drop in self.drops],
         }
 
     @classmethod
@@ -76,6 +82,8 @@ class Placement:
             light=Light.from_dict(data["light"]),  # type: ignore[arg-type]
             bounce=tuple(data["bounce"]),  # type: ignore[arg-type]
             width_px=float(data["width_px"]),  # type: ignore[arg-type]
+            water=tuple(data["water"]) if data.get("water") else None,  # type: ignore[arg-type]
+            drops=tuple(tuple(drop) for drop in data.get("drops", ())),  # type: ignore[attr-defined]
         )
 
 
@@ -90,6 +98,7 @@ class EditResult:
         alpha: (h, w) float32 coverage by objects.
         shadow: (h, w) float32, share of its light that the support keeps; 1 is none lost.
         placements: one for each object, JSON-able by `to_dict`.
+        places: for each place of the prompt {"object", "place", "found"}.
     """
 
     image: FloatArray
@@ -98,6 +107,15 @@ class EditResult:
     alpha: FloatArray
     shadow: FloatArray
     placements: tuple[Placement, ...] = field(default=())
+    places: tuple[dict[str, object], ...] = field(default=())
+
+
+def dew_of(drops: DoubleArray, light: Light) -> Placement:
+    """Returns dew as something to draw again: it has places, sizes and a light, and no body."""
+    still = Pose(np.eye(3), 1.0, (0.0, 0.0, 0.0))
+    flat = Plane(0.0, 0.0, 0.0, 0.0, 0.0)
+    kept = tuple(tuple(float(v) for v in drop) for drop in drops)
+    return Placement("dew", 0, Tint(), still, flat, light, (0.0, 0.0, 0.0), 0.0, drops=kept)
 
 
 def unchanged(image: FloatArray) -> EditResult:
@@ -137,13 +155,4 @@ def shifted(placed: Placement, shift: float) -> Placement:
     """Returns a placement moved along the rays by native px."""
     lift = placed.lift
     moved = Plane(lift.x0, lift.y0, lift.at + shift, lift.slope_x, lift.slope_y)
-    return Placement(
-        placed.name,
-        placed.seed,
-        placed.tint,
-        placed.pose,
-        moved,
-        placed.light,
-        placed.bounce,
-        placed.width_px,
-    )
+    return replace(placed, lift=moved)

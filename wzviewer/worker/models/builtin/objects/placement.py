@@ -5,14 +5,15 @@ relief along the rays leaves the picture as it is.  That is how the support is f
 where its tilt is outside the range in which an object looks good.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Body
-from wzviewer.worker.models.builtin.objects.render import Pose, Scene, render_mask
+from wzviewer.worker.models.builtin.objects.pose import Pose
+from wzviewer.worker.models.builtin.objects.render import Scene, render_mask
 
 MARGIN = 0.08  # an object's bounding box stays this far inside the frame
 _PROBE = 168
@@ -30,12 +31,14 @@ class Support:
         focal_px: focal length of this level, px.
         ray_x: slope of the ray of the image centre, (w/2 - cx) / f.
         ray_y: the same in y.
+        sky: (h, w) where nothing can stand; None if unknown.
     """
 
     relief: FloatArray
     focal_px: float
     ray_x: float = 0.0
     ray_y: float = 0.0
+    sky: BoolArray | None = None
 
     def ray_at(self, x: float, y: float) -> tuple[float, float]:
         """Returns the slope of the ray through a pixel."""
@@ -113,7 +116,7 @@ def orientation(
     tilt = np.radians(np.clip(tilt if trust > 0 else 0.5 * sum(body.tilt_deg), *body.tilt_deg))
     n = np.cos(tilt) * eye + np.sin(tilt) * toward
     yaw = np.radians(body.yaw_deg + rng.uniform(-12, 12))
-    yaw = np.pi - yaw if rng.random() < 0.5 else yaw
+    yaw = np.pi - yaw if rng.random() < 0.5 and body.turns else yaw
     right = np.cross(n, eye)
     right = right / np.linalg.norm(right) if tilt > 1e-3 else np.cross(up, -eye)
     ahead = np.cos(yaw) * right + np.sin(yaw) * np.cross(n, right)
@@ -141,6 +144,19 @@ def pose_on(
     x, y = float(origin[0]), float(origin[1])
     relief = float(plane(np.float64(x), np.float64(y)))  # type: ignore[arg-type]
     return Pose(rotation, size, (x, y, relief), ray), plane
+
+
+def hovering(pose: Pose, height: float, shape: tuple[int, int]) -> Pose:
+    """Returns a pose raised above its ground by body lengths, in a picture (h, w), where it was before.
+
+    The ground goes down in the picture as far as the body goes up, so that the body stays in view.
+    """
+    if height == 0:
+        return pose
+    x, y, z = pose.position
+    rise = pose.camera_from_object[:, 2] * height * pose.size_px
+    share = 0.5 if 0.2 * shape[0] < y + 0.5 * rise[1] else 0.0
+    return replace(pose, position=(x + share * rise[0], y + share * rise[1], z + float(rise[2])))
 
 
 def _extent(body: Body, pose: Pose) -> tuple[DoubleArray, DoubleArray, float]:
@@ -183,7 +199,12 @@ def hidden_by(support: FloatArray, relief: FloatArray, mask: BoolArray, size_px:
 
 
 def settle(
-    relief: FloatArray, mask: BoolArray, support: FloatArray, size_px: float
+    relief: FloatArray,
+    mask: BoolArray,
+    support: FloatArray,
+    size_px: float,
+    *,
+    floats: bool = False,
 ) -> tuple[FloatArray, float]:
     """Brings a body's relief into contact: touching the support, never behind it.
 
@@ -192,6 +213,7 @@ def settle(
         mask: (h, w) where it is.
         support: (h, w), nan where unknown.
         size_px: the body's length, px.
+        floats: True for what is in the air: then it only stays in front.
 
     Returns:
         the relief in contact, and the uniform shift that was part of it.
@@ -202,7 +224,7 @@ def settle(
         return relief, 0.0
     gap = support[known] - relief[known]
     # A few feet may sink into bumps: what touches is the 2 % of the body nearest to the support.
-    shift = float(np.percentile(gap, 2.0))
+    shift = 0.0 if floats else float(np.percentile(gap, 2.0))
     moved = relief + np.float32(shift)
     short = np.where(known, np.maximum(moved - support, 0), 0).astype(np.float32)
     if short.max() > 0:

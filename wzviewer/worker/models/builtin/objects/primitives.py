@@ -100,14 +100,19 @@ def sample(texture: np.ndarray, u: float, v: float) -> float:
 
 
 @njit(**JIT)
-def card_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: np.ndarray) -> float:
-    """Returns the distance to a thin curved sheet: a baked outline, lifted by a quadratic height."""
+def card_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: np.ndarray, enough: float) -> float:
+    """Returns the distance to a thin curved sheet: a baked outline, lifted by a quadratic height.
+
+    Beyond `enough` a lower bound, which needs no texture.
+    """
     size = P[i, 16]
+    lift = P[i, 18] * x * x + P[i, 19] * y * y + P[i, 20] * x * y + P[i, 21] * abs(x)
+    edge = abs(z - lift) - P[i, 17]
+    if 0.8 * edge >= enough:
+        return 0.8 * edge
     u, v = x / size, y / size
     beyond = sqrt(max(abs(u) - 1.0, 0.0) ** 2 + max(abs(v) - 1.0, 0.0) ** 2)
     flat = (sample(T[int(P[i, 28])], u, v) + beyond) * size
-    lift = P[i, 18] * x * x + P[i, 19] * y * y + P[i, 20] * x * y + P[i, 21] * abs(x)
-    edge = abs(z - lift) - P[i, 17]
     return 0.8 * (min(max(flat, edge), 0.0) + sqrt(max(flat, 0.0) ** 2 + max(edge, 0.0) ** 2))
 
 
@@ -209,8 +214,13 @@ def prism_distance(x: float, y: float, z: float, r: float, half: float, tip: flo
 
 
 @njit(**JIT)
-def primitive_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: np.ndarray) -> float:
-    """Returns the signed distance of an object point to primitive i, a lower bound outside it."""
+def primitive_distance(
+    P: np.ndarray, i: int, x: float, y: float, z: float, T: np.ndarray, enough: float
+) -> float:
+    """Returns the signed distance of an object point to primitive i, a lower bound outside it.
+
+    What is farther than `enough` need not be known well.
+    """
     kind = int(P[i, 0])
     if kind == BEZIER:
         return bezier_distance(P, i, x, y, z)
@@ -238,7 +248,7 @@ def primitive_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: n
         return prism_distance(lx, ly, lz, P[i, 16], P[i, 17], P[i, 18])
     if kind == TORUS:
         return sqrt((sqrt(lx * lx + ly * ly) - P[i, 16]) ** 2 + lz * lz) - P[i, 17]
-    return card_distance(P, i, lx, ly, lz, T)
+    return card_distance(P, i, lx, ly, lz, T, enough)
 
 
 @njit(**JIT)
@@ -259,19 +269,21 @@ def field(
     z: float,
     T: np.ndarray,
     skip: int,
-) -> tuple[float, int]:
-    """Returns (signed distance, nearest primitive) over ids[first:last]; `skip` is left out.
+) -> tuple[float, int, float]:
+    """Returns (signed distance, nearest primitive, next) over ids[first:last]; `skip` is left out.
 
-    A primitive whose bounding sphere (which holds its blend radius) is farther than the best so far
-    cannot change the result and is not evaluated.
+    Next is a lower bound of the distance to every other group.  A primitive whose bounding sphere
+    (which holds its blend radius) is farther than the best so far cannot change the result and is
+    not evaluated.
     """
-    best, who, group = FAR, -1, -1.0
+    best, who, group, behind = FAR, -1, -1.0, FAR
     inner, nearest, member = FAR, FAR, -1
     for q in range(first, last):
         i = ids[q]
         if i == skip:
             continue
         if P[i, 29] != group:
+            behind = min(behind, max(inner, best))
             if inner < best:
                 best, who = inner, member
             group, inner, nearest, member = P[i, 29], FAR, FAR, -1
@@ -279,10 +291,11 @@ def field(
         radius = P[i, 33]
         bound = sqrt(dx * dx + dy * dy + dz * dz) - radius
         if bound >= best or bound >= inner:
+            behind = min(behind, bound if bound >= best else FAR)
             continue
         d = bound
         if bound < 0.6 * radius or radius > 0.2:
-            d = max(primitive_distance(P, i, x, y, z, T), bound)
+            d = max(primitive_distance(P, i, x, y, z, T, min(best, inner)), bound)
         k = P[i, 2]
         if P[i, 1] > 0.5:
             if -d > inner:
@@ -292,6 +305,7 @@ def field(
         if d < nearest:
             nearest, member = d, i
         inner = -smooth_max(-inner, -d, k)
+    behind = min(behind, max(inner, best))
     if inner < best:
         best, who = inner, member
-    return best, who
+    return best, who, behind

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeVar
 
 import cv2
@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Body
-from wzviewer.worker.models.builtin.objects.march import LAYERS, occlude, trace
+from wzviewer.worker.models.builtin.objects.march import LAYERS, approach, occlude, trace
 from wzviewer.worker.models.builtin.objects.patterns import SHADED, SHEET, evaluate
+from wzviewer.worker.models.builtin.objects.pose import Pose
 from wzviewer.worker.models.builtin.objects.shading import Setting, shade
 from wzviewer.worker.models.builtin.objects.terms import OPAQUE, OUTPUTS
 from wzviewer.worker.models.builtin.objects.thin import stamps, widened
@@ -26,52 +27,6 @@ TILE = 8
 _BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
 _CLOSE_PX = 1500.0  # a body longer than this is a close-up, whose shadows change slowly
 _ROTATED = np.array([[0.125, 0.625], [0.375, 0.125], [0.625, 0.875], [0.875, 0.375]])  # 4-rooks
-
-
-@dataclass(frozen=True, eq=False)
-class Pose:
-    """How a body stands in an image.
-
-    Attributes:
-        camera_from_object: (3, 3) rotation.
-        size_px: native pixels in one body length.
-        position: (x, y) image position and z relief, native px, of the body's origin.
-        ray: (x, y) slope of the parallel rays: image offset for a unit of depth.
-    """
-
-    camera_from_object: DoubleArray
-    size_px: float
-    position: tuple[float, float, float]
-    ray: tuple[float, float] = (0.0, 0.0)
-
-    @property
-    def stretch(self) -> float:
-        """Length of a ray for a unit of depth."""
-        return float(np.sqrt(1 + self.ray[0] ** 2 + self.ray[1] ** 2))
-
-    def seen_from(self, x0: float, y0: float, factor: float) -> "Pose":
-        """Returns the pose in an image whose pixel is (p - (x0, y0)) * factor."""
-        x, y, z = self.position
-        return replace(
-            self, size_px=self.size_px * factor, position=((x - x0) * factor, (y - y0) * factor, z * factor)
-        )
-
-    def frame(self) -> DoubleArray:
-        """Returns (4, 3): the object-space origin of image (0, 0), steps in x and y, unit direction."""
-        back = self.camera_from_object.T
-        x, y, _ = self.position
-        direction = back @ np.array([self.ray[0], self.ray[1], 1.0]) / self.stretch
-        corner = back @ np.array([-x, -y, 0.0]) / self.size_px
-        return np.stack([corner, back[:, 0] / self.size_px, back[:, 1] / self.size_px, direction])
-
-    def relief(self, depth: DoubleArray) -> DoubleArray:
-        """Returns relief, native px, at ray lengths in body lengths."""
-        return self.position[2] + depth * self.size_px / self.stretch
-
-    def project(self, points: DoubleArray) -> DoubleArray:
-        """Returns image positions (n, 2) of object points (n, 3)."""
-        q = points @ self.camera_from_object.T * self.size_px
-        return q[:, :2] + self.position[:2] - q[:, 2:] * np.asarray(self.ray)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +60,7 @@ class Scene:
         self.casters = np.ascontiguousarray(self.primitives[self.primitives[:, 35] > 0.5])
         self.columns = -(-width // TILE)
         self.ids, self.spans = self._lists()
+        self.start = self._starts()
 
     def _lists(self) -> tuple[LongArray, LongArray]:
         """Bins bounding spheres into tiles; returns (ids, spans) of `march.trace`."""
@@ -121,6 +77,16 @@ class Scene:
         ends = np.cumsum(np.bincount(tile, minlength=rows * self.columns))
         spans = np.stack([np.concatenate([[0], ends[:-1]]), ends], 1)
         return np.ascontiguousarray(ids, np.int64), np.ascontiguousarray(spans, np.int64)
+
+    def _starts(self) -> DoubleArray:
+        """Returns (tiles,) how far all rays of a tile go before any of them meets something."""
+        start: DoubleArray = np.zeros(len(self.spans))
+        rows, columns = np.divmod(np.arange(len(self.spans)), self.columns)
+        centres = (np.stack([columns, rows], 1) + 0.5) * TILE
+        radius = 0.5 * TILE * np.sqrt(2.0) * self.px
+        lists = self.primitives, self.body.outlines, self.ids, self.spans
+        approach(*lists, centres, self.frame, radius, start)
+        return start
 
     def pixels(self) -> LongArray:
         """Returns (n, 2) x, y of the pixels in tiles that hold a primitive, tile by tile."""
@@ -148,6 +114,7 @@ class Scene:
             self.spans,
             rays,
             tile,
+            self.start,
             self.frame,
             self.px,
             depth,
@@ -202,7 +169,11 @@ def render_mask(scene: Scene) -> tuple[BoolArray, FloatArray]:
 
 
 def ground_shadow(
-    scene: Scene, setting: Setting, lift_px: FloatArray, check: Callable[[], object] | None = None
+    scene: Scene,
+    setting: Setting,
+    lift_px: FloatArray,
+    check: Callable[[], object] | None = None,
+    height: float = 0.0,
 ) -> FloatArray:
     """Returns (h, w, 2) float32: shares of sky and key that reach the support, at half resolution inside.
 
@@ -211,6 +182,7 @@ def ground_shadow(
         setting: lights.
         lift_px: (h, w) relief of the real support less that of the plane, native px, + = farther.
         check: called between bands.
+        height: of the body above its ground, body lengths.
     """
     h, w = -(-scene.height // 2), -(-scene.width // 2)
     rows, columns = np.meshgrid(np.arange(h), np.arange(w), indexing="ij")
@@ -218,7 +190,7 @@ def ground_shadow(
     corner, dx, dy, direction = scene.frame
     origin = corner + at[:, :1] * dx + at[:, 1:] * dy
     lift = cv2.resize(lift_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None]
-    length = -origin[:, 2:] / direction[2] + np.clip(
+    length = -(origin[:, 2:] + height) / direction[2] + np.clip(
         lift / scene.pose.size_px * scene.pose.stretch, -0.15, 0.15
     )
     points = origin + length * direction
@@ -336,10 +308,10 @@ def _occlusion(
     if scene.pose.size_px < _CLOSE_PX:
         return scene.occlusion(starts, normals, setting.to_light)
     block = (rays[:, 1] // 2).astype(np.int64) * scene.width + (rays[:, 0] // 2).astype(np.int64)
-    _, first, inverse = np.unique(block, return_index=True, return_inverse=True)
+    group = scene.primitives[hit, 29].astype(np.int64)
+    _, first, inverse = np.unique(block * (group.max() + 1) + group, return_index=True, return_inverse=True)
     spoken = first[inverse]
-    group = scene.primitives[hit, 29]
-    alike = (group == group[spoken]) & ((normals * normals[spoken]).sum(1) > 0.95)
+    alike = (normals * normals[spoken]).sum(1) > 0.95
     alike[first] = False
     own = np.flatnonzero(~alike)
     out: DoubleArray = np.ones((len(hit), 2))

@@ -11,9 +11,14 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import DoubleArray, FloatArray
-from wzviewer.worker.models.builtin.objects.dew import bedewed
+from wzviewer.worker.models.builtin.objects.dew import bedewed, scattered
 from wzviewer.worker.models.builtin.objects.grammar import Change
-from wzviewer.worker.models.builtin.objects.lighting import linear_from_srgb, srgb_from_linear
+from wzviewer.worker.models.builtin.objects.lighting import (
+    Light,
+    light_from_photo,
+    linear_from_srgb,
+    srgb_from_linear,
+)
 
 # Snowflakes, far to near: how many, radius and blur in picture widths, strength.
 _FLAKES = ((420, 0.0011, 0.0006, 0.9), (130, 0.0022, 0.0012, 0.85), (26, 0.0055, 0.0035, 0.55))
@@ -26,6 +31,14 @@ _RUST_DARK, _RUST_BRIGHT = (
     np.array([0.40, 0.135, 0.030], np.float32),
 )
 _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Dew:
+    """Drops (n, 5), see `dew.scattered`, and the light on them."""
+
+    drops: DoubleArray
+    light: Light
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +87,14 @@ class Ground:
 def changed(image: FloatArray, relief: FloatArray, changes: tuple[Change, ...], seed: int) -> FloatArray:
     """Returns the picture (h, w, 3) sRGB after its changes, one after the other."""
     for k, change in enumerate(changes):
-        ground = Ground.of(image, relief, seed + 13 * k)
-        image = np.clip(_CHANGES[change.name](ground, change.amount), 0, 1).astype(np.float32)
+        image = changed_by(change, image, relief, seed + 13 * k)
     return image
+
+
+def changed_by(change: Change, image: FloatArray, relief: FloatArray, seed: int) -> FloatArray:
+    """Returns the picture (h, w, 3) sRGB after one change."""
+    ground = Ground.of(image, relief, seed)
+    return np.clip(_CHANGES[change.name](ground, change.amount), 0, 1).astype(np.float32)
 
 
 def noise(
@@ -229,8 +247,20 @@ def _needles(shape: tuple[int, int], seed: int) -> FloatArray:
     return best * np.float32(1.5)
 
 
+def dew_on(image: FloatArray, relief: FloatArray, amount: float, seed: int) -> Dew:
+    """Returns the drops that `changed_by` draws."""
+    return _dew_of(Ground.of(image, relief, seed), amount)
+
+
+def _dew_of(ground: Ground, amount: float) -> Dew:
+    h, w = ground.facing.shape
+    light = light_from_photo(ground.image, (w / 2, h / 2), w / 4)
+    return Dew(scattered(ground.facing, amount, ground.seed), light)
+
+
 def _dew(ground: Ground, amount: float) -> FloatArray:
-    return bedewed(ground.image, ground.facing, amount, ground.seed)
+    dew = _dew_of(ground, amount)
+    return bedewed(ground.image, dew.drops, dew.light.direction)
 
 
 def _rain(ground: Ground, amount: float) -> FloatArray:

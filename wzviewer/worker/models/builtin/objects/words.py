@@ -216,8 +216,25 @@ PREPOSITIONS = {
     "to",
     "along",
     "under",
+    "below",
+    "beneath",
+    "among",
     "from",
 }
+RELATIONS: dict[str, str] = {
+    **dict.fromkeys(("near", "by", "beside"), "beside"),
+    **dict.fromkeys(("under", "below", "beneath"), "under"),
+}
+"""Where a preposition puts an object; the others put it on its place."""
+ABOVE = frozenset({"over", "above"})
+FLIGHT = frozenset({"flying", "flies", "hovering", "hovers"})
+FLIERS = ("butterfly", "blue morpho", "cabbage white", "bee")
+"""What is drawn with open wings; of the others "flying" is not understood."""
+SMALL = frozenset({*FLIERS, "ladybug", "beetle", "ant", "spider", "snail", "water drop"})
+"""What is drawn no larger than the flower or leaf that it sits on."""
+WATERS = frozenset("water lake pond river sea wave puddle".split())
+WITHIN = frozenset({"in", "inside", "under", "below", "beneath"})
+"""Prepositions that put an object below the surface of water."""
 VERBS = {
     "sitting",
     "sits",
@@ -234,7 +251,7 @@ VERBS = {
     "of",
     *"""flying flies swimming swims sleeping eating drinking climbing climbs blooming growing grows hovering
     hovers running jumping hiding floating floats basking lies lays sits standing stands leaning feeding
-    gathering crawls walks that which its""".split(),
+    gathering crawls walks that which its underwater""".split(),
 }
 WHERE = {
     "left": (-0.24, 0.0),
@@ -258,6 +275,25 @@ SURFACES = frozenset(
     village tower statue painting canvas frame lamp screen fence gate step steps stair stairs staircase
     tile tiles brickwork pot vase basket bed desk""".split()
 )
+
+
+_LOOKS: dict[str, str] = {
+    "petal": "petal petals blossom bloom rose",
+    "flower": "flower flowers",
+    "disc": "disc disk seed seeds",
+    "sunflower": "sunflower",
+    "green": "leaf leaves stem stalk tree bush plant grass moss meadow",
+    "white": "snow ice cloud clouds paper",
+    "stone": "rock rocks stone stones boulder cliff mountain statue cobblestones cobblestone pavement",
+    "wood": "branch twig bark trunk wood plank board bench basket",
+    "water": "water lake pond river sea wave puddle",
+    "bare": "sand beach soil earth path street road floor carpet rug tile tiles bridge",
+    "lying": "ground field hill slope foreground table desk bed step steps stair stairs staircase shelf",
+    "standing": "wall house building window door gate village tower fence brickwork background",
+    "sky": "sky",
+}
+LOOKS: dict[str, str] = {word: look for look, words in _LOOKS.items() for word in words.split()}
+"""How a place is found in a picture, see `places`; the other places are the view's middle."""
 
 
 def known_words() -> dict[str, tuple[str, ...]]:

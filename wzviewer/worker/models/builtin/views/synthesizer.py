@@ -30,6 +30,7 @@ SHARP_PAD_PX = 20  # pad pixels farther out are emitted at half the resolution
 PAD_STRIDE = 2
 OVERLAP_PX = 2
 MIN_LAYER_PIXELS = 16
+SKY_FRINGE_PX = 6
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,11 @@ class ViewSynthesizer:
         masks = visible_pixels([s.relief for s in surfaces], masks, _offset(canvas), camera, angle_deg)
         if outside:  # around and behind a deeper level there is its parent
             surfaces, masks = _with_leftovers(canvas, surfaces, masks, camera, angle_deg, seed, check)
+        else:
+            masks = [
+                masks[0],
+                *(mask & ~_inner_sky(s, frame.sky) for s, mask in zip(surfaces[1:], masks[1:], strict=True)),
+            ]
         layers = _layers(canvas, surfaces, masks, axis)
         return Completion(image, relief, (*layers, backdrop(canvas, axis)) if outside else layers)
 
@@ -111,6 +117,14 @@ def _sky_of(sky: BoolArray, clean: FloatArray, shift: FloatArray) -> BoolArray:
         return sky
     horizon = float(np.max(shift[sky]))
     return np.where(clean == shift, sky, clean <= horizon)
+
+
+def _inner_sky(surface: Surface, seen: BoolArray) -> BoolArray:
+    """Sky (h, w) of a hidden layer, away from the sky that is seen.
+
+    A deeper level inherits that from the first, whole and soft; scraps of its own would be clouds with edges.
+    """
+    return np.asarray(surface.sky & ~dilated(seen, SKY_FRINGE_PX))
 
 
 def _background(

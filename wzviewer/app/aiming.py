@@ -13,7 +13,7 @@ from wzviewer.app.wishes import Goal
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import ZOOM_FACTOR
 from wzviewer.core.scene import Level, Scene
-from wzviewer.core.types import DoubleArray
+from wzviewer.core.types import BoolArray, DoubleArray
 
 STEP_MIN = 2.0  # finer than its parent, or a level shows nothing new
 STEP_MAX = 12.0  # beyond it a level between gives the better picture
@@ -66,8 +66,8 @@ def _plan_extension(scene: Scene, frame: Camera, focus: DoubleArray) -> Plan | N
     """
     depth = max(float(frame.to_camera(focus)[2]), 1e-12)
     places = [(x, y) for y in np.linspace(0.02, 0.98, 9) for x in np.linspace(0.02, 0.98, 13)]
-    points = [frame.unproject(x * frame.width, y * frame.height, depth) for x, y in places]
-    shown = {i: sum(_shows(scene[i], point) for point in points) for i in scene.visible()}
+    points = np.array([frame.unproject(x * frame.width, y * frame.height, depth) for x, y in places])
+    shown = {i: int(_shown(scene[i], points).sum()) for i in scene.visible()}
     if max(shown.values(), default=0) in (0, len(points)) or 1 - shown[0] / len(points) < EXTEND_SHARE:
         return None
     steps = {i: _step(scene[i], frame, focus) for i, count in shown.items() if count}
@@ -103,8 +103,13 @@ def level_camera(scene: Scene, camera: Camera) -> Camera:
 
 
 def _shows(level: Level, focus: DoubleArray) -> bool:
-    x, y, z = level.camera.project(focus)
-    return bool(z > 0 and 0 <= x <= level.camera.width and 0 <= y <= level.camera.height)
+    return bool(_shown(level, focus))
+
+
+def _shown(level: Level, points: DoubleArray) -> BoolArray:
+    """Which of some world points (..., 3) lie in a level's picture."""
+    x, y, z = np.moveaxis(level.camera.project(points), -1, 0)
+    return np.asarray((z > 0) & (x >= 0) & (x <= level.camera.width) & (y >= 0) & (y <= level.camera.height))
 
 
 def _step(level: Level, frame: Camera, focus: DoubleArray) -> float:

@@ -1,0 +1,95 @@
+"""Files dropped on the window: opened, or put into the picture."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from tests.app.fakes import checker, fake_services, make_scene, state_with
+from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply, drain
+from wzviewer.app.state import empty_state
+from wzviewer.app.variants import CUTOUT, can_vary
+from wzviewer.core.files import save_scene
+from wzviewer.core.photos import encode_png
+
+
+@pytest.fixture
+def services():
+    return fake_services()
+
+
+@pytest.fixture
+def cutout(tmp_path):
+    alpha = np.zeros((60, 40, 1), np.uint8)
+    alpha[10:50, 10:30] = 255
+    path = tmp_path / "robin.png"
+    path.write_bytes(encode_png(np.dstack([checker(40, 60), alpha])))
+    return path
+
+
+def close_up(services):
+    state = state_with(make_scene(1))
+    services.client.load(state.scene)
+    camera = state.view.home.zoomed_to_region(0.4, 0.5, 8.0)
+    return replace(state, view=replace(state.view, camera=camera))
+
+
+def test_a_picture_on_an_open_scene_asks_what_it_is_for(services, cutout, screen):
+    state = apply(services, close_up(services), [cmd.Drop(cutout)])
+    assert state.panels.dialog == "drop"
+    screen.frame(state)
+    assert screen.press(state, imgui.Key.enter) == [cmd.SettleDrop("insert")]
+    assert screen.press(state, imgui.Key.escape) == [cmd.Escape()]
+    assert apply(services, state, [cmd.Escape()]).panels.dialog == ""
+
+
+def test_putting_it_in_sends_it_to_the_worker_and_leaves_the_line_alone(services, cutout):
+    state = apply(services, close_up(services), [cmd.EditPrompt("a bird"), cmd.Drop(cutout)])
+    state = apply(services, state, [cmd.SettleDrop("insert")])
+    assert state.prompt == "a bird"
+    (sent,) = services.client.cutouts
+    assert sent.shape == (60, 40, 4)
+    assert sent[30, 20, 3] == 255
+    assert sent[0, 0, 3] == 0
+    for _ in range(10):
+        state = drain(services, state, 0.0)
+    assert state.scene[1].prompt == "robin"
+    assert can_vary(state.scene, 1)  # what the fake makes says nothing of a picture
+    state.scene[1].notes[CUTOUT] = True
+    assert not can_vary(state.scene, 1)
+
+
+def test_while_something_runs_it_waits(services, cutout):
+    state = apply(services, close_up(services), [cmd.Generate(), cmd.Drop(cutout), cmd.SettleDrop("insert")])
+    assert [goal.prompt for goal in state.queue.goals] == ["robin"]
+
+
+def test_opening_it_opens_it(services, cutout):
+    state = apply(services, close_up(services), [cmd.Drop(cutout), cmd.SettleDrop("open")])
+    assert state.name == "robin.png"
+    assert len(state.scene) == 0
+
+
+def test_a_scene_and_a_drop_on_the_start_page_are_opened_at_once(services, cutout, tmp_path):
+    assert apply(services, empty_state(640, 420), [cmd.Drop(cutout)]).photo is not None
+    save_scene(make_scene(3), tmp_path / "s.wz")
+    state = apply(services, close_up(services), [cmd.Drop(tmp_path / "s.wz")])
+    assert len(state.scene) == 3
+
+
+def test_what_is_no_picture_is_a_notice(services, tmp_path):
+    (tmp_path / "bad.png").write_bytes(b"no picture")
+    state = apply(services, close_up(services), [cmd.Drop(tmp_path / "bad.png"), cmd.SettleDrop("insert")])
+    assert state.toasts[-1].kind == "error"
+    assert state.job is None
+
+
+def test_a_refused_picture_leaves_no_words_behind(services, cutout):
+    services.client.refuses.add("robin")
+    state = apply(services, close_up(services), [cmd.Drop(cutout), cmd.SettleDrop("insert")])
+    for _ in range(3):
+        state = drain(services, state, 0.0)
+    assert state.prompt == ""
+    assert "robin" in state.refusal

@@ -1,0 +1,36 @@
+"""A file that is dropped on the window: opened, or put into the picture that is open."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.documents import open_path, without_dialog
+from wzviewer.app.generation import ask_at, goal_here
+from wzviewer.app.services import Services
+from wzviewer.app.state import AppState
+from wzviewer.core.photos import load_cutout
+from wzviewer.errors import WzError
+
+IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".webp"})
+
+
+def drop(services: Services, state: AppState, command: cmd.Drop) -> AppState:
+    """Opens a file, or asks whether a picture is to go into the one that is open."""
+    is_image = command.path.suffix.lower() in IMAGE_SUFFIXES and command.path.is_file()
+    if not is_image or not len(state.scene):
+        return open_path(services, state, cmd.Open(command.path))
+    return replace(state, panels=replace(state.panels, dialog="drop", dialog_path=str(command.path)))
+
+
+def settle_drop(services: Services, state: AppState, command: cmd.SettleDrop) -> AppState:
+    """Carries out the answer: opens the picture, or makes a level with it in the middle."""
+    path = Path(state.panels.dialog_path)
+    state = without_dialog(state)
+    if command.answer == "open":
+        return open_path(services, state, cmd.Open(path))
+    try:
+        cutout = load_cutout(path)
+    except WzError as error:
+        return state.with_toast(error.line(), "error")
+    goal = replace(goal_here(services, state), prompt=path.stem, cutout=cutout)
+    return ask_at(services, state, goal)
