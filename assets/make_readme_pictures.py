@@ -135,13 +135,16 @@ def behind(stage: Stage) -> None:
     stage.app.do(cmd.Toggle("statistics"), cmd.SetLook(Look()))
 
 
-def palette(stage: Stage) -> None:
-    """Commands by name."""
-    stage.go_to(3)
-    stage.app.do(cmd.OpenPalette())
-    stage.type("le")
-    stage.take("palette")
-    stage.app.do(cmd.ClosePalette())
+def timeline(stage: Stage) -> None:
+    """A film of four views, one of them selected."""
+    stage.app.do(cmd.Open(stage.scene), cmd.Toggle("timeline"))
+    for level in range(4):
+        stage.go_to(level)
+        stage.app.do(cmd.AddKey())
+        stage.app.run(None, 5)
+    stage.go_to(1)
+    stage.take("timeline")
+    stage.app.do(cmd.Toggle("timeline"))
 
 
 def recent_files(scene: Scene, folder: Path) -> RecentFolder:
@@ -164,7 +167,7 @@ def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         stage = Stage(scene, recent_files(load_scene(scene), Path(folder)))
-        for picture in (start_page, behind, palette, prompt):
+        for picture in (start_page, behind, timeline, prompt):
             picture(stage)
         stage.app.close()
 

@@ -14,7 +14,7 @@ class Screen:
 
     def __init__(self, fonts, width=1280, height=800):
         self.fonts, self.width, self.height, self.scale = fonts, width, height, 1.0
-        self.hand, self.letters, self.log = Hand(), LETTERS, ()
+        self.hand, self.letters, self.log, self.modifiers = Hand(), LETTERS, (), {}
         self.io = imgui.get_io()
         self.move(-1000, -1000)
 
@@ -30,7 +30,7 @@ class Screen:
         self.io.delta_time = 1 / 60
         imgui.new_frame()
         commands = list(draw(state, self.ui()))
-        self.hand, asked = read_input(state, self.hand, self.letters)
+        self.hand, asked = read_input(state, self.hand, self.letters, self.modifiers)
         imgui.render()
         return commands + asked
 

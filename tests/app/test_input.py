@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 from tests.app.fakes import make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.input import WHEEL_LIMIT
+from wzviewer.app.keys import key_named
 from wzviewer.app.settings import Settings
 from wzviewer.app.state import Panels, empty_state
 
@@ -147,6 +148,21 @@ def test_keys_that_fly_are_places_on_the_keyboard(screen, state):
     assert left.right == -1.0
     assert screen.press(state, imgui.Key.w) == []
     assert screen.press(state, imgui.Key.z, imgui.Key.mod_ctrl) == [cmd.Undo()]
+
+
+def test_ctrl_counts_as_it_was_when_the_key_went_down(screen, state):
+    """In a long frame Ctrl comes up before imgui looks: Ctrl S must not fly backwards."""
+    screen.modifiers = {imgui.Key.s: (True, False), imgui.Key.z: (True, True)}
+    assert screen.press(state, imgui.Key.s) == [cmd.Save()]
+    assert screen.press(state, imgui.Key.z) == [cmd.Redo()]
+    screen.modifiers = {imgui.Key.s: (False, False)}
+    assert [type(c) for c in screen.press(state, imgui.Key.s)] == [cmd.Fly]
+
+
+def test_names_of_keys():
+    assert key_named("Z") == imgui.Key.z
+    assert key_named(",") == imgui.Key.comma
+    assert [key_named(name) for name in ("", "é", "Esc", "1")] == [None] * 4
 
 
 def test_keys_of_the_authors_viewer(screen, state):

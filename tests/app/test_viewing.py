@@ -109,6 +109,14 @@ def test_flying_uses_the_time_of_the_frame(services, state):
     assert one.view.focus_depth == pytest.approx(two.view.focus_depth, rel=1e-3)
 
 
+def test_flying_does_not_go_at_the_pace_of_the_sky(services, state):
+    sky = replace(state.view, focus=state.view.camera.unproject(320.0, 210.0, 36.7))
+    flown = apply(services, replace(state, view=sky), [cmd.Fly(0.0, 1.0, 0.0, 0.1)])
+    sunk = flown.view.camera.position[1] - state.view.camera.position[1]
+    # measured 0.19 u; at the pace of the sky 2.3 u, which is below the ground
+    assert 0.1 < sunk < 0.3
+
+
 def test_home_fills_the_window_when_little_is_lost():
     camera = Camera.initial(1088, 720)
     filled = fitted(camera, 1280, 800)

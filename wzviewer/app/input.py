@@ -5,11 +5,12 @@ Positions are framebuffer pixels, imgui's are logical points; a panel under the 
 """
 
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.keys import FAST, LETTERS, SLOW, Held, keymap_of, matches
+from wzviewer.app.keys import FAST, LETTERS, SLOW, Held, Modifiers, keymap_of, matches
 from wzviewer.app.state import AppState, DragKind
 from wzviewer.app.summoning import covers_picture
 
@@ -58,16 +59,19 @@ class Hand:
     scroll: Scroll | None = None
 
 
-def read_input(state: AppState, hand: Hand, letters: str = LETTERS) -> tuple[Hand, list[cmd.Command]]:
+def read_input(
+    state: AppState, hand: Hand, letters: str = LETTERS, modifiers: Modifiers = MappingProxyType({})
+) -> tuple[Hand, list[cmd.Command]]:
     """Returns the commands of this frame's mouse and keyboard; call between new_frame and render.
 
     Args:
         state: of the app.
         hand: as the last frame left it.
         letters: printed on the keyboard at the places of W A S D Q E.
+        modifiers: held at the last press of each key, as far as that is known.
     """
     hand, commands = _read_mouse(state, hand)
-    return hand, [*commands, *_read_keys(state, letters)]
+    return hand, [*commands, *_read_keys(state, letters, modifiers)]
 
 
 def mouse_px() -> tuple[float, float]:
@@ -152,7 +156,7 @@ def _held(hand: Hand, x: float, y: float) -> tuple[Hand, list[cmd.Command]]:
     return replace(hand, is_dragging=True), [begin, cmd.DragTo(x, y)]
 
 
-def _read_keys(state: AppState, letters: str) -> list[cmd.Command]:
+def _read_keys(state: AppState, letters: str, modifiers: Modifiers) -> list[cmd.Command]:
     io = imgui.get_io()
     if state.panels.dialog:
         return _answer(state)
@@ -169,12 +173,17 @@ def _read_keys(state: AppState, letters: str) -> list[cmd.Command]:
     is_covered = covers_picture(state)
     for binding in keymap.bindings:
         keys = KEYS_OVER.intersection(binding.keys) if is_covered and not binding.ctrl else binding.keys
-        pressed = any(imgui.is_key_pressed(key, repeat=False) for key in keys)
-        if pressed and binding.command is not None and matches(binding, io.key_ctrl, io.key_shift):
+        pressed = [key for key in keys if imgui.is_key_pressed(key, repeat=False)]
+        held_with = modifiers.get(pressed[0], (io.key_ctrl, io.key_shift)) if pressed else (False, False)
+        if pressed and binding.command is not None and matches(binding, *held_with):
             commands.append(binding.command())
     if io.key_ctrl or is_covered or not state.has_document:
         return commands
-    held = [what for key, what in keymap.held.items() if imgui.is_key_down(key)]
+    held = [
+        what
+        for key, what in keymap.held.items()
+        if imgui.is_key_down(key) and not modifiers.get(key, (False, False))[0]
+    ]
     return [*commands, *_moves(state, held)] if held else commands
 
 

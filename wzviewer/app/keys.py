@@ -20,6 +20,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.settings import KeymapName
 
 MODIFIER = "⌘" if sys.platform == "darwin" else "Ctrl"
+Modifiers = Mapping[imgui.Key, tuple[bool, bool]]  # whether Ctrl and Shift were held at the press
 LETTERS = "wasdqe"  # at the places that fly, on an American keyboard
 FAST, SLOW = 3.0, 0.25  # with Shift, with Alt
 SIGNS = {
@@ -222,6 +223,12 @@ def _key_of(sign: str, usual: str) -> imgui.Key:
     """The key that imgui reports where a sign is printed; a letter it does not know is the American one."""
     sign = sign if sign in SIGNS or ("a" <= sign <= "z") else usual
     return getattr(imgui.Key, SIGNS.get(sign, sign))
+
+
+def key_named(name: str) -> imgui.Key | None:
+    """Returns the key that imgui reports where a letter or sign is printed; None for any other name."""
+    name = name.lower()
+    return _key_of(name, name) if name in SIGNS or (len(name) == 1 and "a" <= name <= "z") else None
 
 
 def label_of(command: type[cmd.Command], keymap: KeymapName = "wzviewer") -> str:

@@ -179,7 +179,7 @@ class App:
         """Draws the panels; returns what they and the input ask for."""
         ui = self._ui()
         commands = draw_screen(self.state, ui)
-        self._hand, asked = read_input(self.state, self._hand, self.window.letters)
+        self._hand, asked = read_input(self.state, self._hand, self.window.letters, self.window.modifiers)
         return commands + asked
 
     def _ui(self) -> Ui:

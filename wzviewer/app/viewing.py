@@ -16,6 +16,7 @@ from wzviewer.core.types import DoubleArray
 ORBIT_RAD = math.radians(70.0)  # a drag across the width of the window
 CLICK_FACTOR = 2.83  # double click: half a level
 OUT_LIMIT = 0.25  # smallest magnification
+FLY_DEPTH = 3.0  # world units; at the pace of the sky one would be below the ground in a tenth of a second
 IN_LIMIT = 8.0**13.5  # float64 holds a pixel to a tenth there; the deepest level made is far above
 
 
@@ -85,7 +86,8 @@ def fly(services: Services, state: AppState, command: cmd.Fly) -> AppState:
     """Flies for a frame; the focus is what lies ahead."""
     view = state.view
     steps = (command.right, command.down, command.forward)
-    camera = navigation.flown(view.camera, steps, command.dt_s, view.focus_depth, view.magnification)
+    depth = min(view.focus_depth, FLY_DEPTH)
+    camera = navigation.flown(view.camera, steps, command.dt_s, depth, view.magnification)
     return state.with_view(replace(view, camera=camera, flight=None, spring=ZoomSpring()))
 
 

@@ -6,6 +6,7 @@ framebuffer.  imgui's native backends draw the panels, so no second GL binding i
 
 import contextlib
 import ctypes
+import sys
 import time
 import warnings
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from typing import Any, Protocol
 import numpy as np
 from imgui_bundle import imgui, implot  # before glfw: both must share the library that it ships
 
-from wzviewer.app.keys import LETTERS
+from wzviewer.app.keys import LETTERS, Modifiers, key_named
 from wzviewer.app.theme import Fonts, apply_theme
 from wzviewer.core.types import ByteArray
 from wzviewer.errors import ContextError
@@ -53,6 +54,11 @@ class Window(Protocol):
     @property
     def letters(self) -> str:
         """What is printed on the keyboard at the places of W A S D Q E."""
+        ...
+
+    @property
+    def modifiers(self) -> Modifiers:
+        """What was held at the last press of each key; imgui knows only what is held in a frame."""
         ...
 
     @property
@@ -127,6 +133,11 @@ class OffscreenWindow:
         return LETTERS
 
     @property
+    def modifiers(self) -> Modifiers:
+        """There is no keyboard."""
+        return {}
+
+    @property
     def size_px(self) -> tuple[int, int]:
         """Width and height of the framebuffer, px."""
         return self._size_px
@@ -195,7 +206,9 @@ class GlfwWindow:
         self._io = _new_imgui()
         self.scale = self._imgui_scale()
         self.fonts = apply_theme(self.scale)
+        self._modifiers: dict[imgui.Key, tuple[bool, bool]] = {}
         self._glfw.set_drop_callback(self._window, self._on_drop)
+        self._glfw.set_key_callback(self._window, self._on_key)  # before imgui's, which calls it
         address = ctypes.cast(self._window, ctypes.c_void_p).value
         assert address is not None  # a window that is open has one
         imgui.backends.glfw_init_for_opengl(address, True)
@@ -235,6 +248,18 @@ class GlfwWindow:
 
     def _on_drop(self, window: object, paths: list[str]) -> None:
         self._dropped += [Path(p) for p in paths]
+
+    def _on_key(self, window: object, place: int, scancode: int, action: int, held: int) -> None:
+        """A frame may be long: Ctrl can be let go in the same one in which the key was pressed."""
+        key = key_named(self._glfw.get_key_name(place, scancode) or "")
+        if key is not None and action == self._glfw.PRESS:
+            ctrl = self._glfw.MOD_SUPER if sys.platform == "darwin" else self._glfw.MOD_CONTROL
+            self._modifiers[key] = (bool(held & ctrl), bool(held & self._glfw.MOD_SHIFT))
+
+    @property
+    def modifiers(self) -> Modifiers:
+        """What was held at the last press of each key."""
+        return self._modifiers
 
     @property
     def letters(self) -> str:
