@@ -14,7 +14,7 @@ import numpy as np
 
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.objects.placement import Support
-from wzviewer.worker.models.builtin.objects.words import COLORS, LOOKS
+from wzviewer.worker.models.builtin.objects.words import ALOFT, COLORS, LOOKS
 
 _THUMB_PX = 256
 _LEAST = 0.30  # of a body's footprint that has the look, so that the place is found
@@ -246,7 +246,7 @@ def spots(
         share = cv2.GaussianBlur(look, (0, 0), footprint)
         if count == 1 and (share.max() < 0.05 or _at(share, wanted, ratio) > 0.55):
             return [(wanted, width_px)], found
-    over_sky = look_of(("sky",), view) if place and "sky" not in place else None
+    over_sky = look_of(("sky",), view) if place and not ALOFT & set(place) else None
     if over_sky is not None:
         share = share * np.clip(1 - 3 * cv2.GaussianBlur(over_sky, (0, 0), footprint), 0.02, 1)
     scored = share * (0.70 + 0.30 * view.near) * _prior(share.shape, wanted, ratio, count)
@@ -268,7 +268,19 @@ def spots(
         taken.append((centre, float(body)))
         far = np.hypot(columns - x, rows - y) / (1.15 * max(width_px * ratio, 1.0))
         scored = scored * (1 - np.exp(-(far**4)))
+    if _crowded(taken) and width_px > 8:
+        again = 0.8 * width_px
+        return spots(place, relation, wanted, again, view, shape, count=count, fits=fits, seed=seed)
     return sorted(taken, key=lambda s: s[0][1]), found
+
+
+def _crowded(taken: list[Spot]) -> bool:
+    """Tells whether two bodies would be drawn over each other."""
+    return any(
+        np.hypot(a[0][0] - b[0][0], a[0][1] - b[0][1]) < 0.45 * (a[1] + b[1])
+        for k, a in enumerate(taken)
+        for b in taken[:k]
+    )
 
 
 def cover_of(place: tuple[str, ...], view: View, shape: tuple[int, int]) -> FloatArray:
@@ -294,7 +306,7 @@ def _prior(shape: tuple[int, ...], wanted: tuple[float, float], ratio: float, co
         0.5 * np.hypot(shape[0], shape[1])
     )
     inside = 0.5 - np.maximum(np.abs(x / shape[1] - 0.5), np.abs(y / shape[0] - 0.5))
-    return np.exp(-0.5 * (far / (_CENTRE if count == 1 else 1.2)) ** 2) * _ramp(inside, 0.04, 0.16)
+    return np.exp(-0.5 * (far / (_CENTRE if count == 1 else 1.2)) ** 2) * _ramp(inside, 0.03, 0.12)
 
 
 def _beside(look: FloatArray, small: float, relation: str) -> FloatArray:
