@@ -110,9 +110,9 @@ def test_in_the_air_it_touches_nothing_and_its_shadow_is_apart():
     flies, _, _ = put("a butterfly flying over the meadow")
     gaps = [(support.relief - r.object_relief)[r.object_mask & ~support.sky].min() for r in (rests, flies)]
     assert gaps[0] < 2  # native px; measured .25
-    assert gaps[1] > 8  # measured 13
+    assert gaps[1] > 8  # measured 22
     under = [r.shadow[r.alpha == 0].min() for r in (rests, flies)]
-    assert under[1] > under[0]  # softer; measured .53 beside .24
+    assert under[1] > under[0]  # softer; measured .52 beside .21
 
 
 def test_a_bird_in_the_air_has_its_wings_spread():

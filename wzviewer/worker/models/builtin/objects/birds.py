@@ -169,18 +169,18 @@ def _bird(
     if crest:
         pen.cone((0, 0.26, 0.62), (0, 0.15, 0.765), 0.075, 0.010, down, group=group, blend=0.08)
     for side in (-1.0, 1.0):
-        pen.cone(
-            (side * 0.07, 0.0, 0.25),
-            (side * 0.072, -0.035, 0.155),
-            0.065,
-            0.022,
-            down,
-            group=group,
-            blend=0.05,
-        )
         if flies:
             spread_wing(pen, side, (side * 0.10, 0.10, 0.43), plumage.wing, plumage.edge)
         else:
+            pen.cone(
+                (side * 0.07, 0.0, 0.25),
+                (side * 0.072, -0.035, 0.155),
+                0.065,
+                0.022,
+                down,
+                group=group,
+                blend=0.05,
+            )
             _wing(pen, side, plumage)
             _leg(pen, side)
     _head(pen, plumage, bill)

@@ -250,6 +250,9 @@ def spots(
     if over_sky is not None:
         share = share * np.clip(1 - 3 * cv2.GaussianBlur(over_sky, (0, 0), footprint), 0.02, 1)
     scored = share * (0.70 + 0.30 * view.near) * _prior(share.shape, wanted, ratio, count)
+    room = _room(look)
+    ample = np.clip(room / (_ROOMY * width_px * ratio), 0.2, 1) if fits and found else np.ones_like(share)
+    scored = scored * ample
     rng = np.random.default_rng([seed, 77])
     if count > 1:
         disorder = rng.random((7, 10), np.float32)
@@ -259,12 +262,11 @@ def spots(
     for _ in range(count):
         y, x = divmod(int(np.argmax(scored)), scored.shape[1])
         centre = float(x + 0.5) / ratio, float(y + 0.5) / ratio
-        if count == 1 and _at(share, wanted, ratio) > _GOOD:  # what is looked at is the place
+        if count == 1 and _at(share * ample, wanted, ratio) > _GOOD:  # what is looked at is the place
             centre, x, y = wanted, int(wanted[0] * ratio), int(wanted[1] * ratio)
         body = width_px * (1.0 if count == 1 else rng.uniform(0.85, 1.15))
         if fits and found:
-            room = _room(look, (x, y)) / ratio
-            body = float(np.clip(room, _SHRUNK * body, _ROOMY * body))
+            body = float(np.clip(room[y, x] / ratio, _SHRUNK * body, _ROOMY * body))
         taken.append((centre, float(body)))
         far = np.hypot(columns - x, rows - y) / (1.15 * max(width_px * ratio, 1.0))
         scored = scored * (1 - np.exp(-(far**4)))
@@ -318,9 +320,8 @@ def _beside(look: FloatArray, small: float, relation: str) -> FloatArray:
     return np.asarray(1.6 * near * (1 - cv2.GaussianBlur(look, (0, 0), max(0.15 * small, 1.0))), np.float32)
 
 
-def _room(look: FloatArray, at: tuple[int, int]) -> float:
-    """Returns how wide the place is around a spot, thumbnail px: gaps of a few pixels do not end it."""
+def _room(look: FloatArray) -> FloatArray:
+    """Returns (h, w) how wide the place is around each pixel, thumbnail px; small gaps do not end it."""
     mask = cv2.morphologyEx((look > 0.3).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
     away = cv2.distanceTransform(np.pad(mask, 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
-    x, y = at
-    return 2.6 * float(away[max(y - 4, 0) : y + 5, max(x - 4, 0) : x + 5].max())
+    return np.asarray(2.6 * cv2.dilate(away, np.ones((5, 5), np.uint8)), np.float32)
