@@ -4,7 +4,7 @@ import argparse
 import sys
 import textwrap
 
-from wzviewer.worker.models.builtin.objects.words import CHANGES, SUBSTANCES, known_words
+from wzviewer.worker.models.builtin.objects.words import CHANGES, LOOKS, SUBSTANCES, known_words
 from wzviewer.worker.models.catalogue import BACKENDS, WOULD_ADD
 
 _INDENT = " " * 11
@@ -31,7 +31,8 @@ def _prompts() -> list[str]:
         ("patterns", words["patterns"]),
         ("made of", tuple(dict.fromkeys(SUBSTANCES.values()))),
         ("over all", tuple(dict.fromkeys(CHANGES.values()))),
-        ("places", tuple(w for w in ("left", "right", "top", "bottom", "centre"))),
+        ("places", ("left", "right", "top", "bottom", "centre")),
+        ("looked for", tuple(LOOKS)),
     ):
         lines += _wrapped(title, ", ".join(entries))
     return [*lines, *_wrapped("images", "the path of a PNG, JPEG or WebP file is inserted as it is")]

@@ -6,7 +6,7 @@
         │  grammar     words -> Edit (what, how many, how large, which colour, where; what weather)
         │   └ words    every word there is                   nouns     who builds which object
         ▼
-    bodies ── insects, crawlers, butterflies, birds, fishes, lizards, cats, molluscs,
+    bodies ── insects, crawlers, butterflies, birds, wings, fishes, lizards, cats, molluscs,
         │  │      flowers, leaves, fungi, treasures, things   an object = flat arrays
         │  └ traits, sheets, baking            colours; outlines and veins -> 2-D distance textures
         │    substances                        the same body in gold, wood, stone, glass, moss

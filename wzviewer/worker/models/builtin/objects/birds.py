@@ -6,8 +6,18 @@ import numpy as np
 
 from wzviewer.core.types import DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects import baking
-from wzviewer.worker.models.builtin.objects.bodies import Body, Mark, Pen, Tint, Vector, linear, shaded
+from wzviewer.worker.models.builtin.objects.bodies import (
+    Body,
+    Builder,
+    Mark,
+    Pen,
+    Tint,
+    Vector,
+    linear,
+    shaded,
+)
 from wzviewer.worker.models.builtin.objects.patterns import CHITIN, FUR, HIDE, PLAIN, PLUMES
+from wzviewer.worker.models.builtin.objects.wings import spread_wing
 
 WHITE, BLACK = linear(236, 232, 222), linear(30, 28, 30)
 _BELLY = ((0.0, -0.02, 0.20), (0.19, 0.26, 0.135))
@@ -84,6 +94,15 @@ CROW = Plumage(
 )
 
 
+_FLOCK = {
+    "bird": ROBIN,
+    "sparrow": SPARROW,
+    "blue tit": BLUE_TIT,
+    "cardinal": CARDINAL,
+    "crow": CROW,
+}
+
+
 def robin(rng: np.random.Generator, tint: Tint) -> Body:
     """A European robin; a tint colours all but the belly, as in a canary."""
     return _bird(rng, ROBIN if tint.color is None else _plain(tint.color))
@@ -121,7 +140,20 @@ def _plain(color: Vector) -> Plumage:
     )
 
 
-def _bird(rng: np.random.Generator, plumage: Plumage, crest: bool = False, bill: float = 1.0) -> Body:
+def in_flight(name: str) -> Builder:
+    """Returns the builder of a bird of `nouns` with its wings spread."""
+    plumage = _FLOCK[name]
+
+    def build(rng: np.random.Generator, tint: Tint) -> Body:
+        worn = plumage if tint.color is None else _plain(tint.color)
+        return _bird(rng, worn, name == "cardinal", 1.5 if name == "crow" else 1.0, flies=True)
+
+    return build
+
+
+def _bird(
+    rng: np.random.Generator, plumage: Plumage, crest: bool = False, bill: float = 1.0, flies: bool = False
+) -> Body:
     pen = Pen(rng)
     down = pen.material(
         FUR, plumage.back, rough=0.72, wrap=0.35, sheen=0.25, wavelength=0.0058, relief=0.020,
@@ -137,19 +169,24 @@ def _bird(rng: np.random.Generator, plumage: Plumage, crest: bool = False, bill:
     if crest:
         pen.cone((0, 0.26, 0.62), (0, 0.15, 0.765), 0.075, 0.010, down, group=group, blend=0.08)
     for side in (-1.0, 1.0):
-        pen.cone(
-            (side * 0.07, 0.0, 0.25),
-            (side * 0.072, -0.035, 0.155),
-            0.065,
-            0.022,
-            down,
-            group=group,
-            blend=0.05,
-        )
-        _wing(pen, side, plumage)
-        _leg(pen, side)
+        if flies:
+            spread_wing(pen, side, (side * 0.10, 0.10, 0.43), plumage.wing, plumage.edge)
+        else:
+            pen.cone(
+                (side * 0.07, 0.0, 0.25),
+                (side * 0.072, -0.035, 0.155),
+                0.065,
+                0.022,
+                down,
+                group=group,
+                blend=0.05,
+            )
+            _wing(pen, side, plumage)
+            _leg(pen, side)
     _head(pen, plumage, bill)
     _tail(pen, plumage)
+    if flies:
+        return pen.body(tilt_deg=(38.0, 58.0), yaw_deg=28.0)
     return pen.body(tilt_deg=(74.0, 84.0), yaw_deg=-16.0)
 
 

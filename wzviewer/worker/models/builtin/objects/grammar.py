@@ -18,6 +18,7 @@ from wzviewer.worker.models.builtin.objects.traits import Tint, linear
 from wzviewer.worker.models.builtin.objects.words import (
     ABOVE,
     ADJECTIVES,
+    ALOFT,
     AMOUNTS,
     CHANGES,
     COLORS,
@@ -262,7 +263,7 @@ def _phrase(prompt: str, words: list[str]) -> tuple[Request, list[Change]]:
         _offset(place),
         place=tuple(w for w in place if w in SURFACES or w in COLORS),
         relation="on" if wet else RELATIONS.get(preposition, "on"),
-        hovers=bool(said & FLIGHT) or preposition in ABOVE or "sky" in place,
+        hovers=bool(said & FLIGHT) or preposition in ABOVE or bool(ALOFT & set(place)),
         submerged=wet or "underwater" in said,
         sized=size is not None,
     )

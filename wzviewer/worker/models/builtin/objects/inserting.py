@@ -16,13 +16,14 @@ from wzviewer.worker.models.builtin.objects.lighting import (
     light_from_photo,
     linear_from_srgb,
 )
-from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
+from wzviewer.worker.models.builtin.objects.nouns import BUILDERS, FLYING
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged, shifted
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
 from wzviewer.worker.models.builtin.objects.pose import Pose
 from wzviewer.worker.models.builtin.objects.render import Layer, Scene, ground_shadow, render
 from wzviewer.worker.models.builtin.objects.shading import Setting
 from wzviewer.worker.models.builtin.objects.substances import recast
+from wzviewer.worker.models.builtin.objects.words import ALOFT
 
 Check = Callable[[], object] | None
 _HOVER = 0.40  # body lengths above its place
@@ -34,7 +35,7 @@ _SHADOW_IN_WATER, _BLUR_IN_WATER_PX = 0.35, 1.2
 @lru_cache(maxsize=6)
 def body_of(name: str, seed: int, tint: Tint) -> Body:
     """Returns a body, built once."""
-    return recast(BUILDERS[name](np.random.default_rng(seed), tint), tint)
+    return recast((BUILDERS.get(name) or FLYING[name])(np.random.default_rng(seed), tint), tint)
 
 
 def insert(
@@ -52,15 +53,16 @@ def insert(
     light = light or light_from_photo(result.image, centre, 0.5 * width_px)
     if request.name == "image":
         return _insert_image(request, result, geometry, centre, width_px, seed, light)
-    body = body_of(request.name, seed, request.tint)
+    name = flight if request.hovers and (flight := f"{request.name} in flight") in FLYING else request.name
+    body = body_of(name, seed, request.tint)
     height = _HOVER if request.hovers else 0.0
     rng = np.random.default_rng([seed, 5])
     pose, plane = placement.pose_on(body, geometry, centre, width_px, rng)
     bounce = _surroundings(result.image, centre, width_px)
     lift = placement.lift_onto(pose, plane)
-    pose = placement.hovering(pose, height, (result.image.shape[0], result.image.shape[1]))
+    pose = placement.hovering(pose, height)
     water = bounce if request.submerged else None
-    placed = Placement(request.name, seed, request.tint, pose, lift, light, bounce, width_px, water)
+    placed = Placement(name, seed, request.tint, pose, lift, light, bounce, width_px, water)
     h, w = result.image.shape[:2]
     scene, setting = Scene(body, pose, w, h), setting_of(placed, body)
     layer = drowned(render(scene, setting, check), water)
@@ -68,12 +70,14 @@ def insert(
         layer = without(layer, cover < 0.5)
     ground = ground_shadow(scene, setting, _bumps(geometry.relief, plane, width_px), check, height)
     gain = composite.shadow_gain(ground, light, layer.alpha)
+    if ALOFT & set(request.place):
+        gain = np.ones_like(gain)  # too high for a shadow
     if water is not None:
         gain = 1 - _SHADOW_IN_WATER * (1 - gain) * (1 if cover is None else cover)
     mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
     relief = np.where(mask, layer.relief + plane_image(lift, (h, w)), np.nan).astype(np.float32)
     behind = np.fmin(geometry.relief, result.object_relief)
-    hidden = placement.hidden_by(behind, relief, mask, pose.size_px)
+    hidden = placement.hidden_by(behind, relief, mask, pose.size_px) & (height == 0)
     relief, shift = placement.settle(relief, mask, behind, pose.size_px, floats=height > 0)
     if hidden.any():
         near = geometry.relief < plane_image(plane, (h, w)) - 0.4 * pose.size_px

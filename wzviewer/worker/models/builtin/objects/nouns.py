@@ -58,3 +58,8 @@ BUILDERS: dict[str, Builder] = {
     "key": treasures.key,
     "lego brick": things.brick,
 }
+
+FLYING: dict[str, Builder] = {
+    f"{name} in flight": birds.in_flight(name) for name in ("bird", "sparrow", "blue tit", "cardinal", "crow")
+}
+"""What is drawn with spread wings if the prompt lets it fly."""

@@ -146,17 +146,14 @@ def pose_on(
     return Pose(rotation, size, (x, y, relief), ray), plane
 
 
-def hovering(pose: Pose, height: float, shape: tuple[int, int]) -> Pose:
-    """Returns a pose raised above its ground by body lengths, in a picture (h, w), where it was before.
+def hovering(pose: Pose, height: float) -> Pose:
+    """Returns a pose raised above its ground by body lengths, where it was in the picture.
 
-    The ground goes down in the picture as far as the body goes up, so that the body stays in view.
+    So the ground goes down in the picture as far as the body is raised, and the body stays in view.
     """
-    if height == 0:
-        return pose
+    rise = float(pose.camera_from_object[2, 2]) * height * pose.size_px
     x, y, z = pose.position
-    rise = pose.camera_from_object[:, 2] * height * pose.size_px
-    share = 0.5 if 0.2 * shape[0] < y + 0.5 * rise[1] else 0.0
-    return replace(pose, position=(x + share * rise[0], y + share * rise[1], z + float(rise[2])))
+    return replace(pose, position=(x, y, z + rise))
 
 
 def _extent(body: Body, pose: Pose) -> tuple[DoubleArray, DoubleArray, float]:
@@ -219,12 +216,14 @@ def settle(
         the relief in contact, and the uniform shift that was part of it.
     """
     known = mask & np.isfinite(support) & np.isfinite(relief)
-    known &= ~hidden_by(support, relief, mask, size_px)
+    if not floats:
+        known &= ~hidden_by(support, relief, mask, size_px)
     if not known.any():
         return relief, 0.0
     gap = support[known] - relief[known]
     # A few feet may sink into bumps: what touches is the 2 % of the body nearest to the support.
-    shift = 0.0 if floats else float(np.percentile(gap, 2.0))
+    shift = float(np.percentile(gap, 2.0))
+    shift = min(shift, 0.0) if floats else shift
     moved = relief + np.float32(shift)
     short = np.where(known, np.maximum(moved - support, 0), 0).astype(np.float32)
     if short.max() > 0:

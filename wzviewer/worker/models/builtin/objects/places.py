@@ -14,7 +14,7 @@ import numpy as np
 
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.objects.placement import Support
-from wzviewer.worker.models.builtin.objects.words import COLORS, LOOKS
+from wzviewer.worker.models.builtin.objects.words import ALOFT, COLORS, LOOKS
 
 _THUMB_PX = 256
 _LEAST = 0.30  # of a body's footprint that has the look, so that the place is found
@@ -246,10 +246,13 @@ def spots(
         share = cv2.GaussianBlur(look, (0, 0), footprint)
         if count == 1 and (share.max() < 0.05 or _at(share, wanted, ratio) > 0.55):
             return [(wanted, width_px)], found
-    over_sky = look_of(("sky",), view) if place and "sky" not in place else None
+    over_sky = look_of(("sky",), view) if place and not ALOFT & set(place) else None
     if over_sky is not None:
         share = share * np.clip(1 - 3 * cv2.GaussianBlur(over_sky, (0, 0), footprint), 0.02, 1)
     scored = share * (0.70 + 0.30 * view.near) * _prior(share.shape, wanted, ratio, count)
+    room = _room(look)
+    ample = np.clip(room / (_ROOMY * width_px * ratio), 0.2, 1) if fits and found else np.ones_like(share)
+    scored = scored * ample
     rng = np.random.default_rng([seed, 77])
     if count > 1:
         disorder = rng.random((7, 10), np.float32)
@@ -259,16 +262,27 @@ def spots(
     for _ in range(count):
         y, x = divmod(int(np.argmax(scored)), scored.shape[1])
         centre = float(x + 0.5) / ratio, float(y + 0.5) / ratio
-        if count == 1 and _at(share, wanted, ratio) > _GOOD:  # what is looked at is the place
+        if count == 1 and _at(share * ample, wanted, ratio) > _GOOD:  # what is looked at is the place
             centre, x, y = wanted, int(wanted[0] * ratio), int(wanted[1] * ratio)
         body = width_px * (1.0 if count == 1 else rng.uniform(0.85, 1.15))
         if fits and found:
-            room = _room(look, (x, y)) / ratio
-            body = float(np.clip(room, _SHRUNK * body, _ROOMY * body))
+            body = float(np.clip(room[y, x] / ratio, _SHRUNK * body, _ROOMY * body))
         taken.append((centre, float(body)))
         far = np.hypot(columns - x, rows - y) / (1.15 * max(width_px * ratio, 1.0))
         scored = scored * (1 - np.exp(-(far**4)))
+    if _crowded(taken) and width_px > 8:
+        again = 0.8 * width_px
+        return spots(place, relation, wanted, again, view, shape, count=count, fits=fits, seed=seed)
     return sorted(taken, key=lambda s: s[0][1]), found
+
+
+def _crowded(taken: list[Spot]) -> bool:
+    """Tells whether two bodies would be drawn over each other."""
+    return any(
+        np.hypot(a[0][0] - b[0][0], a[0][1] - b[0][1]) < 0.45 * (a[1] + b[1])
+        for k, a in enumerate(taken)
+        for b in taken[:k]
+    )
 
 
 def cover_of(place: tuple[str, ...], view: View, shape: tuple[int, int]) -> FloatArray:
@@ -294,7 +308,7 @@ def _prior(shape: tuple[int, ...], wanted: tuple[float, float], ratio: float, co
         0.5 * np.hypot(shape[0], shape[1])
     )
     inside = 0.5 - np.maximum(np.abs(x / shape[1] - 0.5), np.abs(y / shape[0] - 0.5))
-    return np.exp(-0.5 * (far / (_CENTRE if count == 1 else 1.2)) ** 2) * _ramp(inside, 0.04, 0.16)
+    return np.exp(-0.5 * (far / (_CENTRE if count == 1 else 1.2)) ** 2) * _ramp(inside, 0.03, 0.12)
 
 
 def _beside(look: FloatArray, small: float, relation: str) -> FloatArray:
@@ -306,9 +320,8 @@ def _beside(look: FloatArray, small: float, relation: str) -> FloatArray:
     return np.asarray(1.6 * near * (1 - cv2.GaussianBlur(look, (0, 0), max(0.15 * small, 1.0))), np.float32)
 
 
-def _room(look: FloatArray, at: tuple[int, int]) -> float:
-    """Returns how wide the place is around a spot, thumbnail px: gaps of a few pixels do not end it."""
+def _room(look: FloatArray) -> FloatArray:
+    """Returns (h, w) how wide the place is around each pixel, thumbnail px; small gaps do not end it."""
     mask = cv2.morphologyEx((look > 0.3).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
     away = cv2.distanceTransform(np.pad(mask, 1), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
-    x, y = at
-    return 2.6 * float(away[max(y - 4, 0) : y + 5, max(x - 4, 0) : x + 5].max())
+    return np.asarray(2.6 * cv2.dilate(away, np.ones((5, 5), np.uint8)), np.float32)

@@ -227,10 +227,14 @@ RELATIONS: dict[str, str] = {
 }
 """Where a preposition puts an object; the others put it on its place."""
 ABOVE = frozenset({"over", "above"})
+ALOFT = frozenset({"sky", "cloud", "clouds"})
 FLIGHT = frozenset({"flying", "flies", "hovering", "hovers"})
-FLIERS = ("butterfly", "blue morpho", "cabbage white", "bee")
+FLIERS = (
+    *("butterfly", "blue morpho", "cabbage white", "bee"),
+    *("bird", "sparrow", "blue tit", "cardinal", "crow"),
+)
 """What is drawn with open wings; of the others "flying" is not understood."""
-SMALL = frozenset({*FLIERS, "ladybug", "beetle", "ant", "spider", "snail", "water drop"})
+SMALL = frozenset({*FLIERS[:4], "ladybug", "beetle", "ant", "spider", "snail", "water drop"})
 """What is drawn no larger than the flower or leaf that it sits on."""
 WATERS = frozenset("water lake pond river sea wave puddle".split())
 WITHIN = frozenset({"in", "inside", "under", "below", "beneath"})
@@ -283,14 +287,14 @@ _LOOKS: dict[str, str] = {
     "disc": "disc disk seed seeds",
     "sunflower": "sunflower",
     "green": "leaf leaves stem stalk tree bush plant grass moss meadow",
-    "white": "snow ice cloud clouds paper",
+    "white": "snow ice paper",
     "stone": "rock rocks stone stones boulder cliff mountain statue cobblestones cobblestone pavement",
     "wood": "branch twig bark trunk wood plank board bench basket",
     "water": "water lake pond river sea wave puddle",
     "bare": "sand beach soil earth path street road floor carpet rug tile tiles bridge",
     "lying": "ground field hill slope foreground table desk bed step steps stair stairs staircase shelf",
     "standing": "wall house building window door gate village tower fence brickwork background",
-    "sky": "sky",
+    "sky": "sky cloud clouds",
 }
 LOOKS: dict[str, str] = {word: look for look, words in _LOOKS.items() for word in words.split()}
 """How a place is found in a picture, see `places`; the other places are the view's middle."""
