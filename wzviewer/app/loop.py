@@ -90,7 +90,8 @@ class App:
 
         Args:
             path: photo or scene to begin with.
-            frames: stop after so many; None runs until the window is closed.
+            frames: stop after so many, not counting those while a file is read or written; None runs
+                until the window is closed.
         """
         self._path = path or self._path
         self._open_first()  # lines 1-3: E_0 <- ReconstructScene(I_0, C_0), C_render <- C_0
@@ -103,7 +104,7 @@ class App:
             self.window.draw(self._paint)  # lines 6-7: O_render <- Render(E_0 .. E_i, C_render)
             self.window.show()
             self.do(*commands)  # line 8: C_render <- UserCameraControl(), and all else that was asked
-            count += 1
+            count += self.state.errand is None
 
     def _open_first(self) -> None:
         """Opens what the app was started with; the question about a crash comes first."""
