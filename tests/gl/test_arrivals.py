@@ -161,3 +161,66 @@ def test_modulation_is_worked_out_anew_only_when_the_tree_changes(arrivals, monk
     for index, state in arrivals.states.items():
         expected = fresh.states[index].modulation.texels()
         np.testing.assert_array_equal(state.modulation.texels(), expected)
+
+
+class NoMerges:
+    """Merged forms that never come."""
+
+    def collect(self, num_levels):
+        pass
+
+    def ask(self, level):
+        pass
+
+    def forms(self, level):
+        return ()
+
+
+class SomeMerges(NoMerges):
+    def __init__(self, forms):
+        self._forms = forms
+
+    def forms(self, level):
+        return self._forms if level.index == 1 else ()
+
+
+def in_the_making(scene, num, seed):
+    level = scene[1]
+    return replace(level, surfels=random_surfels(num, seed))
+
+
+def test_a_preview_stands_in_for_merged_forms_until_they_come(arrivals):
+    scene = one_level(1)
+    scene.commit(0)
+    scene.append(small_level(scene, 0, scene[0].camera.zoomed_to_region(0.5, 0.5, 4.0), 30, 2))
+    preview = scene[1].surfels
+    assert arrivals.sync(scene, None, NoMerges())
+    assert [len(state.sets) for state in arrivals.states.values()] == [1, 1]
+    for seed in (3, 4):  # revisions; the last one is committed
+        scene.replace(in_the_making(scene, 120, seed))
+        arrivals.sync(scene, None, NoMerges())
+        arrivals.sync(scene, None, NoMerges())
+        exact, coarse = arrivals.states[1].sets
+        assert exact.surfels is scene[1].surfels
+        assert coarse.surfels is preview
+        assert coarse.cell_px == 2
+    scene.commit(1)
+    forms = (random_surfels(31, 5), random_surfels(9, 6))
+    for _ in range(3):
+        arrivals.sync(scene, None, SomeMerges(forms))
+    assert [s.surfels for s in arrivals.states[1].sets] == [scene[1].surfels, *forms]
+
+
+def test_no_preview_stands_in_where_it_is_no_smaller_or_was_never_seen(arrivals):
+    scene = one_level(1)
+    scene.commit(0)
+    scene.append(small_level(scene, 0, scene[0].camera.zoomed_to_region(0.5, 0.5, 4.0), 30, 2))
+    arrivals.sync(scene, None, NoMerges())
+    scene.replace(in_the_making(scene, 50, 3))
+    for _ in range(3):
+        arrivals.sync(scene, None, NoMerges())
+    assert len(arrivals.states[1].sets) == 1
+    loaded = small_scene(2)
+    for _ in range(3):
+        arrivals.sync(loaded, None, NoMerges())
+    assert [len(state.sets) for state in arrivals.states.values()] == [1, 1]

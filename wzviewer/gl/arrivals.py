@@ -2,7 +2,8 @@
 
 A level is drawn when all its surfels have arrived; until then its parent shows through, and a level
 that is replaced keeps its former version.  Merged forms of a finished level are made in the background
-and arrive in the same way; until then the exact surfels stand in for them.
+and arrive in the same way; until then the first preview of the level stands in for them, or the exact
+surfels where there was none.
 """
 
 from collections.abc import Iterable
@@ -10,9 +11,12 @@ from typing import Any
 
 from wzviewer.core.constants import MAX_LEVELS
 from wzviewer.core.scene import Level, Scene, modulation
+from wzviewer.core.surfels import Surfels
 from wzviewer.gl.merging import MERGED_CELLS_PX, MergeQueue
 from wzviewer.gl.pages import PAGE_SURFELS, Pages
 from wzviewer.gl.visible import LevelState, LevelStates, SurfelSet, own_view
+
+PREVIEW_SHARE = 0.5  # of a revision's surfels: a preview with more of them would save nothing
 
 
 class Arrivals:
@@ -29,6 +33,7 @@ class Arrivals:
     def __init__(self, pages: Pages) -> None:
         self._pages = pages
         self._levels: dict[int, Level] = {}  # whose surfels have arrived
+        self._previews: dict[int, Surfels] = {}  # the first of a level that was seen in the making
         self._scene: Scene | None = None  # held: a new one must not get its address
         self._synced: tuple[int, ...] = ()
         self._tree: tuple[Any, ...] = ()
@@ -51,11 +56,11 @@ class Arrivals:
         if self._synced[:1] != (scene.revision,):
             self._stage(scene)
         self._pages.upload(budget_bytes)
-        synced = (scene.revision, self._pages.generation)
-        if synced != self._synced:
-            self._synced = synced
-            self._adopt(scene)
+        self._adopt_news(scene)
         if merges is not None:
+            if self._stage_previews():  # before a frame has to draw the whole revision
+                self._pages.upload(budget_bytes)
+                self._adopt_news(scene)
             merges.collect(len(scene))
             self._stage_merged(scene, merges)
         return self._pages.is_complete
@@ -95,6 +100,23 @@ class Arrivals:
         for name in [name for name in self._pages.names() if name[0] == index]:
             self._pages.remove(name)
         self._levels.pop(index, None)
+        self._previews.pop(index, None)
+
+    def _adopt_news(self, scene: Scene) -> None:
+        synced = (scene.revision, self._pages.generation)
+        if synced != self._synced:
+            self._synced = synced
+            self._adopt(scene)
+
+    def _stage_previews(self) -> bool:
+        """Lets previews stand in for merged forms, which are made when a level is finished."""
+        staged = False
+        for index, preview in self._previews.items():
+            level, name = self._levels[index], (index, 1)
+            if len(preview) < PREVIEW_SHARE * len(level.surfels) and self._pages.latest(name) is None:
+                self._pages.stage(name, preview, index, own_view(level))
+                staged = True
+        return staged
 
     def _stage_merged(self, scene: Scene, merges: MergeQueue) -> None:
         """Asks for the merged forms of finished levels that are drawn, and queues those that are done."""
@@ -112,6 +134,9 @@ class Arrivals:
         """Takes what has arrived as the levels that are drawn."""
         for level in scene:
             if self._pages.shown((level.index, 0)) is level.surfels:
+                if level.index not in self._levels and level.parent is not None:  # of E_0 it is flat
+                    if not scene.is_committed(level.index):
+                        self._previews[level.index] = level.surfels
                 if self._levels.get(level.index) is not level:
                     self._drop_merged(level.index)
                 self._levels[level.index] = level

@@ -4,9 +4,11 @@ Three threads: a reader, so that credits and a cancel arrive while the main thre
 heartbeat; and the main thread, which owns the models and works on one request at a time.
 """
 
+import ctypes
 import logging
 import os
 import queue
+import sys
 import threading
 import time
 import traceback
@@ -26,13 +28,28 @@ from wzviewer.errors import Cancelled, InputError
 from wzviewer.worker.transport import Arrays, Channel, Delivery, TransportError
 
 HEARTBEAT_S = 0.5
+NICE = 10
+BELOW_NORMAL_PRIORITY_CLASS = 0x4000  # of the Windows API
 log = logging.getLogger(__name__)
 
 
 def main(pipe: Connection, outgoing_name: str, incoming_name: str, synthesizer: str) -> None:
     """Entry point of the spawned process; returns when the app is gone or says so."""
+    yield_to_frames()
     outgoing, incoming = SharedMemory(outgoing_name), SharedMemory(incoming_name)
     Worker(Channel(pipe, outgoing, incoming), synthesizer).run()
+
+
+def yield_to_frames() -> None:
+    """Lowers the priority of this process: where cores are few, the frames of the app come first."""
+    try:
+        if sys.platform == "win32":
+            kernel = ctypes.windll.kernel32
+            kernel.SetPriorityClass(kernel.GetCurrentProcess(), BELOW_NORMAL_PRIORITY_CLASS)
+        else:
+            os.nice(NICE)
+    except OSError:
+        log.info("the priority of the worker stays as it is")
 
 
 class Worker:
