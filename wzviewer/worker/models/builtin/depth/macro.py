@@ -62,7 +62,7 @@ def focus_disparity(ratio: FloatArray, weight: FloatArray, quarter: ByteArray) -
     inside = cv2.distanceTransform(thing.astype(np.uint8), cv2.DIST_L2, 5)
     dome = cv2.GaussianBlur(np.sqrt(inside / max(float(inside.max()), 1e-6)), (0, 0), 3)
     relief = np.clip(broad, 0, 1) * (0.4 + 0.6 * whole)
-    return (0.28 + 0.36 * whole + 0.18 * relief + 0.16 * dome).astype(np.float32)
+    return (0.45 + 0.22 * whole + 0.14 * relief + 0.16 * dome).astype(np.float32)
 
 
 def _around(sharp: FloatArray, weight: FloatArray, sigma: float) -> tuple[FloatArray, FloatArray]:
