@@ -6,7 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
+from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.consistency import consistency_db
+from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.library import TileLibrary
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS
 from wzviewer.worker.models.builtin.detail.synthesizer import DetailSynthesizer
@@ -258,3 +260,18 @@ def test_undefined_pixels_do_not_spread(synthesizer):
     observation[3, 3] = math.nan
     context = synthesizer.describe(meadow(), None)
     assert np.isfinite(synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 1, 0).image).all()
+
+
+def test_no_leaves_on_the_white_petal_beside_them(synthesizer):
+    """Regions are drawn coarsely: what is light and has another colour does not belong to the leaves."""
+    rng = np.random.default_rng(3)
+    observation = np.tile(np.float32([0.45, 0.62, 0.25]), (ROWS, COLUMNS, 1))
+    observation += rng.normal(0, 0.06, (ROWS, COLUMNS, 1)).astype(np.float32)
+    observation[:, COLUMNS // 2 :] = (0.92, 0.9, 0.87)
+    leaves = Region(1.0, 60, -22, 36, 12.0, 12.0, 11.0, 0.4, 0.5, 0.0)
+    context = Context(np.zeros((ROWS, COLUMNS), np.uint8), ("foliage",), (leaves,), "leaves")
+    detail = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 1, 7)
+    sides = np.split(detail.relief_texture, [8 * COLUMNS // 2], axis=1)
+    green, white = (255 * float(side[:, 40:-40].std()) for side in sides)
+    assert green > 5  # measured 12.1
+    assert white < 0.05 * green  # measured 0.0, and 0.11 if the whole region belonged to them

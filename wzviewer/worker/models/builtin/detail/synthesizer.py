@@ -9,7 +9,13 @@ import numpy as np
 
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.errors import WorkerError
-from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, glossy, regional_sigma, sigma_map
+from wzviewer.worker.models.builtin.detail.amplitude import (
+    NATURAL,
+    PROMPTED_FLOOR,
+    glossy,
+    regional_sigma,
+    sigma_map,
+)
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
     consistency_db,
@@ -37,6 +43,7 @@ Fractions = tuple[float, float, float, float]
 HUES = np.array([[0.3, -0.08, -0.25], [-0.22, 0.2, -0.45], [0.35, -0.2, 0.11]], np.float32)
 """Directions in RGB in which material varies beside its luminance, level by level: warm to cool, green to
 violet, pink to green; there is hardly any luma in them."""
+TINT_REACH = 12.0  # in CIELAB; the leaves of one tree differ by less
 DEEP_HUE_GAIN = 1.6  # of what is invented wholly: a photograph's own colours would show the difference
 LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
 """In grey levels, at level 1 only; photographs at 2K measure 0.4 to 2.0 in their skies, about twice of what
@@ -73,6 +80,7 @@ class _Job:
     level: int
     prompted: bool
     regional_sigma: FloatArray  # per name
+    tints: FloatArray  # (names, 2): a* and b* of the regions
     grain_rms: float
     seeds: tuple[int, ...]
     stride: int
@@ -215,6 +223,7 @@ class DetailSynthesizer:
             level=level,
             prompted=prompted is not None,
             regional_sigma=self._regional(context, names, level),
+            tints=_tints(context, names),
             grain_rms=grain_rms(context) if level <= 1 else 0.0,
             seeds=seeds,
             stride=1,
@@ -262,7 +271,23 @@ class DetailSynthesizer:
         if truthful:  # no strands over an eye or a nose
             strands = np.array([name in GRAINS for name in job.names], np.float32)
             sigma *= 1 - area_down(_spread(place, strands), width, height) * glossy(plane)
+            sigma *= self._belonging(job, place)
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
+
+    @staticmethod
+    def _belonging(job: _Job, place: Layout) -> FloatArray:
+        """How far what grew has the colour of its region: no leaves on the white petal beside them.
+
+        In the shade colours say little; there all of the region belongs to it.
+        """
+        height, width = job.observation.shape[:2]
+        grew = np.array([name in NATURAL for name in job.names], np.float32)
+        share = area_down(_spread(place, grew), width, height)
+        lab = cv2.cvtColor(job.observation * np.float32(1 / 255), cv2.COLOR_RGB2LAB)
+        mean = [area_down(_spread(place, table), width, height) for table in job.tints.T]
+        away = np.square(lab[..., 1] - mean[0]) + np.square(lab[..., 2] - mean[1])
+        away *= ramp(lab[..., 0], 45, 15)
+        return 1 - share * (1 - np.exp(-away / np.float32(TINT_REACH**2)))
 
 
 def _promised(db: float, job: _Job) -> float:
@@ -271,6 +296,12 @@ def _promised(db: float, job: _Job) -> float:
     if db < REQUIRED_DB and job.width % columns == 0 and job.height % rows == 0:
         raise WorkerError("new detail", f"it contradicts what was there: {db:.1f} dB")
     return db
+
+
+def _tints(context: Context, names: tuple[str, ...]) -> FloatArray:
+    if names != context.materials:
+        return np.zeros((len(names), 2), np.float32)
+    return np.array([(r.green_red, r.blue_yellow) for r in context.regions], np.float32)
 
 
 def doublings_for(factor: float) -> int:
