@@ -1,5 +1,7 @@
 """Fluid motion on slow machines."""
 
+import pytest
+
 from wzviewer.app.pacing import FRACTIONS, TARGET_S, Pace, wait_s
 
 
@@ -37,3 +39,9 @@ def test_it_recovers_and_does_not_swing():
 def test_an_idle_window_sleeps():
     assert wait_s(True, True) == 0.0
     assert 0.0 < wait_s(False, True) < wait_s(False, False)
+
+
+def test_where_the_processor_is_shared_the_worker_gets_the_rest_of_each_frame():
+    assert wait_s(True, True, 0.010) == pytest.approx(1 / 20 - 0.010)
+    assert wait_s(True, True, 0.060) == 0.0
+    assert wait_s(False, True, 0.010) == wait_s(False, True)

@@ -18,7 +18,7 @@ from wzviewer.app.errands import OnThread
 from wzviewer.app.input import Hand, read_input
 from wzviewer.app.journal import Journal, JournalFolder, NoJournal
 from wzviewer.app.layout import Rect, arrange
-from wzviewer.app.pacing import Pace, wait_s
+from wzviewer.app.pacing import SOFTWARE_TARGET_S, Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.timeline import foot_height
@@ -83,6 +83,7 @@ class App:
         self._path: Path | None = None
         self._had_leftover = self.state.leftover is not None
         self._title = ""
+        self._began_s = 0.0  # of the last frame
         self._style = ("dark", window.scale)
 
     def run(self, path: Path | None = None, frames: int | None = None) -> None:
@@ -99,6 +100,7 @@ class App:
         while not self.state.is_closing and (frames is None or count < frames):  # lines 4, 5 and 9
             self._restyle()
             pulse = self.window.begin(self._wait_s())
+            self._began_s = time.perf_counter()
             self._tick(pulse)  # line 32, seen from here: E_{i+1} has come; and the motions go on
             commands = self._panels()
             self.window.draw(self._paint)  # lines 6-7: O_render <- Render(E_0 .. E_i, C_render)
@@ -221,7 +223,9 @@ class App:
         state = self.state
         has_toasts = any(toast.is_alive(state.now_s) for toast in state.toasts)
         is_busy = has_toasts or state.job is not None or state.film is not None or state.errand is not None
-        return wait_s(self.state.is_moving or not self.services.renderer.is_settled, is_busy)
+        is_moving = state.is_moving or not self.services.renderer.is_settled
+        shares = state.job is not None and self.services.renderer.target_s == SOFTWARE_TARGET_S
+        return wait_s(is_moving, is_busy, time.perf_counter() - self._began_s if shares else None)
 
     def _name_window(self) -> None:
         mark = "• " if self.state.is_dirty else ""
@@ -256,7 +260,7 @@ def run_app(
     kept: tuple[Any, ...] = ()
     if not headless:
         kept = (SettingsFile.of_user(), JournalFolder.of_user(), RecentFolder.of_user())
-    app = App(window, WorkerClient(synthesizer), None, *kept)
+    app = App(window, WorkerClient(synthesizer, yields=True), None, *kept)
     if not headless:
         app.services.log.attach()
     try:

@@ -13,6 +13,7 @@ SPACING_PX = 1.42  # on the screen in motion: of 2x2 merged surfels at 0.71, and
 MARGIN = 0.7  # a step up has to leave this share of the target unused, or it would swing
 IDLE_WAIT_S = 0.1  # between frames when nothing happens
 BUSY_WAIT_S = 0.03  # while the worker is making something
+SHARED_FRAME_S = 1 / 20  # in motion, where frames and the worker share the processor: it shall get on, too
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,14 @@ class Pace:
         return self
 
 
-def wait_s(is_moving: bool, is_busy: bool) -> float:
-    """Returns how long the loop may sleep for input, s: a laptop's battery is the user's."""
+def wait_s(is_moving: bool, is_busy: bool, shared_s: float | None = None) -> float:
+    """Returns how long the loop may sleep for input, s: a laptop's battery is the user's.
+
+    Args:
+        is_moving: whether the next frame shows another picture.
+        is_busy: whether something is under way.
+        shared_s: since the last frame began, s, where the worker wants the same processor; else None.
+    """
     if is_moving:
-        return 0.0
+        return 0.0 if shared_s is None else max(SHARED_FRAME_S - shared_s, 0.0)
     return BUSY_WAIT_S if is_busy else IDLE_WAIT_S

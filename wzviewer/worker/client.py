@@ -90,10 +90,16 @@ class WorkerClient:
     Args:
         synthesizer: backend name; "builtin" needs no weights.
         entry: child entry point, for tests; `wzviewer.worker.process.main` by default.
+        yields: whether the worker leaves the cores to whoever wants them: frames that are drawn beside it.
     """
 
-    def __init__(self, synthesizer: str = "builtin", entry: Any = None) -> None:  # noqa: ANN401
-        self._synthesizer, self._entry = synthesizer, entry
+    def __init__(
+        self,
+        synthesizer: str = "builtin",
+        entry: Any = None,  # noqa: ANN401
+        yields: bool = False,
+    ) -> None:
+        self._synthesizer, self._entry, self._yields = synthesizer, entry, yields
         self._context = multiprocessing.get_context("spawn")
         self._levels: list[Level] = []
         self._known: set[int] = set()  # levels that the present worker process holds
@@ -123,7 +129,8 @@ class WorkerClient:
         parent_pipe, child_pipe = self._context.Pipe(duplex=True)
         self._memory = make_memory()
         names = tuple(memory.name for memory in self._memory)
-        arguments = (child_pipe, names[1], names[0], self._synthesizer)
+        given = () if self._entry else (self._yields,)
+        arguments = (child_pipe, names[1], names[0], self._synthesizer, *given)
         self._process = self._context.Process(target=self._entry or main, args=arguments, daemon=True)
         self._process.start()
         child_pipe.close()

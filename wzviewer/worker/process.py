@@ -33,9 +33,12 @@ BELOW_NORMAL_PRIORITY_CLASS = 0x4000  # of the Windows API
 log = logging.getLogger(__name__)
 
 
-def main(pipe: Connection, outgoing_name: str, incoming_name: str, synthesizer: str) -> None:
+def main(
+    pipe: Connection, outgoing_name: str, incoming_name: str, synthesizer: str, yields: bool = False
+) -> None:
     """Entry point of the spawned process; returns when the app is gone or says so."""
-    yield_to_frames()
+    if yields:
+        yield_to_frames()
     outgoing, incoming = SharedMemory(outgoing_name), SharedMemory(incoming_name)
     Worker(Channel(pipe, outgoing, incoming), synthesizer).run()
 
@@ -46,6 +49,8 @@ def yield_to_frames() -> None:
         if sys.platform == "win32":
             kernel = ctypes.windll.kernel32
             kernel.SetPriorityClass(kernel.GetCurrentProcess(), BELOW_NORMAL_PRIORITY_CLASS)
+        elif sys.platform == "linux":  # the one class that a waking thread of the app need not wait for
+            os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
         else:
             os.nice(NICE)
     except OSError:
