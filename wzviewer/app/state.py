@@ -216,6 +216,7 @@ class Panels:
     timeline: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
+    dialog_note: str = ""  # why the path was not taken, or what happens if it is given once more
     wants_prompt_focus: bool = False
 
 
