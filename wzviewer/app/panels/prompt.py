@@ -198,7 +198,7 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
         return [], 0.0
     with plate("progress", above, grows="up"):
         since_s = job.stages[-1].start_s if job.stages else job.started_s
-        elapsed = f"{max(state.now_s - job.started_s, 0.0):.1f} s"
+        elapsed = f"{max(state.clock_s - job.started_s, 0.0):.1f} s"
         room = imgui.get_content_region_avail().x
         imgui.text_unformatted(elided(_headline(state, job), room - ui.pt(90)))
         left = room + imgui.get_style().window_padding.x
@@ -207,7 +207,7 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
             imgui.text_unformatted(elapsed)
             pressed = _cross(ui, left)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
-        small(ui, elided(_past(job) or so_far(state.now_s - since_s), room))
+        small(ui, elided(_past(job) or so_far(state.clock_s - since_s), room))
         return [cmd.CancelJob()] if pressed and not job.is_cancelling else [], imgui.get_window_height()
 
 
