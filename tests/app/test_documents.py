@@ -143,3 +143,33 @@ def test_opening_another_waits_until_the_running_request_has_stopped(services, p
     assert [call[0] for call in services.client.calls] == ["reconstruct", "cancel", "reconstruct"]
     assert len(state.scene) == 1
     assert state.toasts == ()
+
+
+def given(services, state, text):
+    return apply(services, state, [cmd.EditPath(str(text)), cmd.ConfirmPath()])
+
+
+def test_a_path_that_leads_nowhere_can_be_mended_in_the_line(services, tmp_path):
+    state = given(services, apply(services, unsaved(), [cmd.AskOpen()]), tmp_path / "flwer.jpg")
+    assert state.panels.dialog == "open"
+    assert "There is no flwer.jpg" in state.panels.dialog_note
+    assert apply(services, state, [cmd.ConfirmPath()]).panels.dialog == "open"
+    assert apply(services, state, [cmd.EditPath("x")]).panels.dialog_note == ""
+    assert apply(services, state, [cmd.Escape()]).panels.dialog_note == ""
+    assert "is a folder" in given(services, state, tmp_path).panels.dialog_note
+
+
+def test_saving_by_text_into_no_folder_says_so(services, tmp_path):
+    state = given(services, apply(services, unsaved(), [cmd.Save()]), tmp_path / "no" / "x.wz")
+    assert state.panels.dialog_note == f"There is no folder {tmp_path / 'no'}."
+
+
+def test_another_file_is_replaced_only_when_asked_twice(services, tmp_path):
+    (tmp_path / "x.wz").write_text("mine")
+    state = given(services, apply(services, unsaved(), [cmd.Save()]), tmp_path / "x")
+    assert "is there already" in state.panels.dialog_note
+    assert (tmp_path / "x.wz").read_text() == "mine"
+    state = apply(services, state, [cmd.ConfirmPath()])
+    assert state.panels.dialog == ""
+    state = apply(services, state, [cmd.Save(asks=True)])
+    assert given(services, state, tmp_path / "x.wz").panels.dialog == ""  # its own file

@@ -194,3 +194,9 @@ def test_a_view_beyond_the_border_asks_for_an_extension(services, state):
     assert near is None or not near.is_extension  # a zoom is a zoom, also at the border
     moved = apply(services, zoomed(state, 1.0, 1.0, 0.5), [cmd.Generate()])
     assert moved.job is not None  # asked for at once, without flying closer
+
+
+def test_a_long_frame_counts_in_how_long_something_took(services, state):
+    state = apply(services, zoomed(state, 8.0), [cmd.Generate()])
+    state = replace(state, now_s=state.now_s + 0.1, stalled_s=3.0)  # motions went on by a tenth only
+    assert state.clock_s - state.job.started_s == pytest.approx(3.1)

@@ -15,6 +15,7 @@ from wzviewer.app.layout import arrange
 from wzviewer.app.naming import name_in
 from wzviewer.app.panels.branches import tree_rows
 from wzviewer.app.panels.help import COLUMNS, rows_of
+from wzviewer.app.panels.prompt import LONG_STEP_S, so_far
 from wzviewer.app.prompting import with_phrase, with_prompt, with_vocabulary
 from wzviewer.app.region import Region
 from wzviewer.app.settings import Settings
@@ -42,6 +43,7 @@ STATES = {
     "levels": lambda: state_with(make_scene(4)),
     "making": lambda: making(state_with(make_scene(2))),
     "refused": lambda: replace(state_with(make_scene(2)), refusal="prompt: no such thing. Try a bird."),
+    "refused while making": lambda: replace(making(state_with(make_scene(2))), refusal="no such thing"),
     "toasts": lambda: state_with(make_scene(2)).with_toast("one").with_toast("two " * 60, "error"),
     "numbers": lambda: replace(state_with(make_scene(2)), panels=Panels(statistics=True, help=True)),
     "unsaved": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="unsaved")),
@@ -263,6 +265,33 @@ def test_an_unknown_word_is_refused_before_the_worker_is_asked():
     state = apply(services, state, [cmd.Generate()])
     assert "“dragon” is not known" in state.refusal
     assert services.client.calls == []
+
+
+def test_a_refusal_is_seen_while_something_is_made(screen):
+    state = replace(making(state_with(make_scene(1))), refusal="“dragon” is not known.")
+    screen.frame(state)
+    screen.frame(state)
+    refusal, progress = map(imgui.internal.find_window_by_name, ("refusal", "progress"))
+    assert refusal.active
+    assert progress.active
+    assert refusal.pos.y > progress.pos.y  # it stands at the line that it is about
+
+
+def test_the_line_of_a_dialog_takes_the_cursor_back_when_its_path_is_refused(screen):
+    state = replace(state_with(make_scene(1)), panels=Panels(dialog="open", dialog_path="/x"))
+    for _ in range(3):
+        screen.frame(state)
+    assert cmd.ConfirmPath() in screen.press(state, imgui.Key.enter)
+    state = replace(state, panels=replace(state.panels, dialog_note="There is no x in /."))
+    for _ in range(3):
+        screen.frame(state)
+    screen.io.add_input_characters_utf8("/y")
+    assert cmd.EditPath("/y") in screen.frame(state)
+
+
+@pytest.mark.parametrize(("seconds", "is_said"), [(LONG_STEP_S - 1.0, False), (LONG_STEP_S + 1.0, True)])
+def test_a_long_first_step_says_that_the_first_time_is_long(seconds, is_said):
+    assert ("the first time" in so_far(seconds)) is is_said
 
 
 def test_a_failure_offers_details_and_retry(screen):

@@ -1,6 +1,7 @@
 """Recent files: kept with a picture, and never a reason not to start."""
 
 import json
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -195,3 +196,12 @@ def test_the_page_draws_at_any_size(screen, size, missing):
         assert screen.frame(state) == []
     extra, rows = extra_height(state, screen.ui())
     assert 274 + extra <= size[1] - 16 or rows == 0
+
+
+def test_nothing_is_read_before_the_first_frame(tmp_path):
+    before = threading.active_count()
+    folder = RecentFolder(tmp_path)
+    assert threading.active_count() == before  # a worker may be started now: nothing is being imported
+    folder.poll()
+    assert threading.active_count() == before + 1
+    folder.close()

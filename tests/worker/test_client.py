@@ -1,5 +1,7 @@
 """The client against workers that misbehave; the real worker is in test_process."""
 
+import sys
+import threading
 import time
 
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 
 from tests.worker import children
 from wzviewer.worker import client as client_module
-from wzviewer.worker.client import LevelDropped, WorkerClient, WorkerLost, WorkerStarted
+from wzviewer.worker.client import LevelDropped, WorkerClient, WorkerLost, WorkerStarted, wait_for_import
 
 PHOTO = np.zeros((48, 64, 3), np.uint8)
 
@@ -101,3 +103,11 @@ def test_closing_frees_process_and_memory(make_client):
     for name in names:
         with pytest.raises(FileNotFoundError):
             SharedMemory(name)
+
+
+def test_a_start_waits_for_an_import_that_changes_the_path_for_a_while(monkeypatch):
+    monkeypatch.setattr(sys, "path", [*sys.path, "/site-packages/cv2"])
+    wait_for_import("cv2", limit_s=0.01)  # not for ever
+    threading.Timer(0.1, sys.path.pop).start()
+    wait_for_import("cv2")
+    assert "/site-packages/cv2" not in sys.path

@@ -1,20 +1,57 @@
 """What a file dialog, or the line that stands in for it, was answered."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.directing import open_camera_path, save_camera_path
-from wzviewer.app.documents import open_path, save_to, without_dialog
+from wzviewer.app.directing import PATH_SUFFIX, open_camera_path, save_camera_path
+from wzviewer.app.documents import SCENE_SUFFIX, open_path, save_to, without_dialog
 from wzviewer.app.keeping import make_film, save_picture
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
+
+REPLACE = "Save once more to replace it."
 
 
 def confirm_path(services: Services, state: AppState, command: cmd.ConfirmPath) -> AppState:
     """Takes the path of the text dialog."""
     kind, text = state.panels.dialog, state.panels.dialog_path.strip()
-    state = without_dialog(state)
-    return answered(services, state, kind, Path(text).expanduser()) if text else state
+    if not text:
+        return without_dialog(state)
+    path = Path(text).expanduser()
+    note = note_on(kind, path, state)
+    if note and note != state.panels.dialog_note:
+        return replace(state, panels=replace(state.panels, dialog_note=note))
+    if note and not note.endswith(REPLACE):
+        return state  # nothing has changed: it is as wrong as before
+    return answered(services, without_dialog(state), kind, path)
+
+
+def note_on(kind: str, path: Path, state: AppState) -> str:
+    """Returns why the text dialog stays open; a file that would be replaced is asked about once."""
+    if kind.startswith("open"):
+        return f"{path.name} is a folder: name a file in it." if path.is_dir() else _missing(path)
+    target = path if path.suffix else path.with_suffix(_usual_suffix(kind, state))
+    if target.is_dir():
+        return f"{path.name} is a folder: name a file in it."
+    if not target.parent.is_dir():
+        return f"There is no folder {target.parent}."
+    is_own = kind == "save" and target == state.path
+    return f"{target.name} is there already. {REPLACE}" if target.exists() and not is_own else ""
+
+
+def _missing(path: Path) -> str:
+    if path.exists():
+        return ""
+    where = next(folder for folder in path.absolute().parents if folder.is_dir())
+    return (
+        f"There is no {path.name} in {where}." if where == path.absolute().parent else f"There is no {path}."
+    )
+
+
+def _usual_suffix(kind: str, state: AppState) -> str:
+    usual = {"save": SCENE_SUFFIX, "picture": ".png", "save path": PATH_SUFFIX}
+    return usual.get(kind, state.plan.suffix)
 
 
 def answered(services: Services, state: AppState, kind: str, path: Path) -> AppState:

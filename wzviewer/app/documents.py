@@ -237,12 +237,12 @@ def ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) ->
     if has_dialog:
         return state
     text = suggestion if kind == "open" else str(Path.cwd() / suggestion)
-    return replace(state, panels=replace(state.panels, dialog=kind, dialog_path=text))
+    return replace(state, panels=replace(state.panels, dialog=kind, dialog_path=text, dialog_note=""))
 
 
 def edit_path(services: Services, state: AppState, command: cmd.EditPath) -> AppState:
     """The path line holds another text."""
-    return replace(state, panels=replace(state.panels, dialog_path=command.text))
+    return replace(state, panels=replace(state.panels, dialog_path=command.text, dialog_note=""))
 
 
 def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
@@ -252,4 +252,4 @@ def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
 
 def without_dialog(state: AppState) -> AppState:
     """Returns the state with the dialog closed."""
-    return replace(state, panels=replace(state.panels, dialog="", dialog_path=""))
+    return replace(state, panels=replace(state.panels, dialog="", dialog_path="", dialog_note=""))

@@ -149,7 +149,7 @@ def request(services: Services, state: AppState, goal: Goal, is_auto: bool = Fal
         request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed, cutout)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
-    job = Job(request_id, "level", prompt, state.now_s, is_auto=is_auto, parent=plan.parent, goal=goal)
+    job = Job(request_id, "level", prompt, state.clock_s, is_auto=is_auto, parent=plan.parent, goal=goal)
     return replace(state, job=job, goal=None if is_last else goal)
 
 
@@ -166,7 +166,7 @@ def reconstruct(services: Services, state: AppState) -> AppState:
         request_id = services.client.reconstruct(state.photo, photo=state.finer_photo)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
-    return replace(state, job=Job(request_id, "photo", "", state.now_s))
+    return replace(state, job=Job(request_id, "photo", "", state.clock_s))
 
 
 def cancel(services: Services, state: AppState, command: cmd.CancelJob) -> AppState:
@@ -212,7 +212,7 @@ def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
     if state.job is None or event.request_id != state.job.request_id:
         return state  # of a document that was closed meanwhile
     if isinstance(event, ev.StageProgressed):
-        return replace(state, job=_progressed(state.job, event, state.now_s))
+        return replace(state, job=_progressed(state.job, event, state.clock_s))
     if isinstance(event, ev.LevelPreviewed):
         return _take(state, event.level)
     if isinstance(event, ev.LevelFinished):
@@ -254,7 +254,7 @@ def _with_first_level(state: AppState, level: Level) -> AppState:
 
 def _finish(services: Services, state: AppState, level: Level) -> AppState:
     job = state.job
-    started_s = job.started_s if job is not None else state.now_s
+    started_s = job.started_s if job is not None else state.clock_s
     state = _take(state, level)
     state.scene.commit(level.index)
     state = replace(state, job=None)
@@ -262,7 +262,7 @@ def _finish(services: Services, state: AppState, level: Level) -> AppState:
         return state
     is_last = state.goal is None
     state = _noted(state, level, job.goal, is_last)
-    seconds = state.now_s - started_s
+    seconds = state.clock_s - started_s
     name = f"“{name_in(state.scene, level.index)}”" if level.prompt else "New detail"
     has_offer = is_last and not job.is_auto and state.variants is None and can_vary(state.scene, level.index)
     offer = ("Another", cmd.Another(level.index)) if has_offer else ("", None)

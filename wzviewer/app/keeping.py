@@ -67,7 +67,7 @@ def _large_picture(services: Services, state: AppState, camera: Camera, path: Pa
     except WzError as error:
         return state.with_toast(error.line(), "error")
     services.filmer.start_picture(state.scene, camera, path, state.look, state.plan.is_transparent)
-    return replace(state, film=Film(path, state.now_s, is_picture=True))
+    return replace(state, film=Film(path, state.clock_s, is_picture=True))
 
 
 def copy_view(services: Services, state: AppState, command: cmd.CopyView) -> AppState:
@@ -116,7 +116,7 @@ def make_film(services: Services, state: AppState, command: cmd.MakeFilm) -> App
     except WzError as error:
         return state.with_toast(error.line(), "error")
     services.filmer.start(state.scene, planned_film(state), path, state.look, state.plan.fps)
-    return replace(state, film=Film(path, state.now_s))
+    return replace(state, film=Film(path, state.clock_s))
 
 
 def cancel_film(services: Services, state: AppState, command: cmd.CancelFilm) -> AppState:
@@ -140,6 +140,6 @@ def follow_film(services: Services, state: AppState) -> AppState:
                 return state.with_toast(f"The {film.kind} was cancelled.")
             if news.why_not:
                 return state.with_toast(f"No {film.kind}: {news.why_not}", "error")
-            seconds = state.now_s - film.started_s
+            seconds = state.clock_s - film.started_s
             return state.with_toast(f"{film.path.name} is ready: {seconds:.0f} s.", "done")
     return replace(state, film=film)

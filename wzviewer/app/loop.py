@@ -143,7 +143,8 @@ class App:
 
     def _tick(self, pulse: Pulse) -> None:
         """Time passes: motions, the worker's events, the window's."""
-        self.state = replace(self.state, now_s=self.state.now_s + pulse.dt_s)
+        now_s, stalled_s = self.state.now_s + pulse.dt_s, self.state.stalled_s + pulse.stalled_s
+        self.state = replace(self.state, now_s=now_s, stalled_s=stalled_s)
         self._open_first()
         self.state = preview(self.services, advance(self.state, pulse.dt_s), pulse.dt_s)
         self.state = drain(self.services, self.state, POLL_BUDGET_S)

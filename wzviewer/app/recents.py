@@ -120,7 +120,6 @@ class RecentFolder:
         self._news: queue.SimpleQueue[Recents] = queue.SimpleQueue()
         self._work: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self._thread = threading.Thread(target=self._work_on, daemon=True)
-        self._thread.start()
         self._work.put(lambda: self._publish(*self._read()))
 
     @classmethod
@@ -132,19 +131,23 @@ class RecentFolder:
 
     def note(self, path: Path, image: ByteArray) -> None:
         """Puts a file at the top; the picture is made in the thread."""
+        self._begin()
         opened = RecentFile(path.absolute(), self._clock(), image)
         self._work.put(lambda: self._note(opened))
 
     def remove(self, path: Path) -> None:
         """Takes a file off the list."""
+        self._begin()
         self._work.put(lambda: self._keep([f for f in self._read()[0] if f.path != path]))
 
     def clear(self) -> None:
         """Empties the list."""
+        self._begin()
         self._work.put(lambda: self._keep([]))
 
     def poll(self) -> Recents | None:
         """Returns the newest list, or None."""
+        self._begin()
         newest: Recents | None = None
         while not self._news.empty():
             news = self._news.get()
@@ -153,10 +156,17 @@ class RecentFolder:
 
     def wait(self) -> None:
         """Waits until all that was asked for is done."""
+        self._begin()
         self._work.join()
+
+    def _begin(self) -> None:
+        """Not before the first frame: it imports OpenCV, whose folder a worker started now would inherit."""
+        if self._thread.ident is None:
+            self._thread.start()
 
     def close(self) -> None:
         """Ends the thread."""
+        self._begin()
         self._work.put(None)
         self._thread.join(10.0)
 

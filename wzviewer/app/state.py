@@ -216,6 +216,7 @@ class Panels:
     timeline: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
+    dialog_note: str = ""  # why the path was not taken, or what happens if it is given once more
     wants_prompt_focus: bool = False
 
 
@@ -324,6 +325,7 @@ class AppState:
     errand: Errand | None = None
     next_path: Path | None = None
     now_s: float = 0.0
+    stalled_s: float = 0.0
     is_worker_ready: bool = False
     is_closing: bool = False
 
@@ -347,6 +349,11 @@ class AppState:
         """Whether closing would lose a finished level, a name, or a key of the timeline."""
         is_other = self.saved != (self.num_finished, self.scene.marks) or self.timeline.is_changed
         return self.num_finished > 0 and is_other
+
+    @property
+    def clock_s(self) -> float:
+        """What a clock on the wall says, s: people are told how long things took by it."""
+        return self.now_s + self.stalled_s
 
     @property
     def is_moving(self) -> bool:

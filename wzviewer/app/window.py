@@ -34,14 +34,16 @@ class Pulse:
     """What happened since the last frame.
 
     Attributes:
-        dt_s: time since then, s, at most `LONGEST_STEP_S`.
+        dt_s: what motions go on by, s: the time since then, but at most `LONGEST_STEP_S`.
         dropped: files dropped on the window.
         wants_close: whether its close button was pressed.
+        stalled_s: what the time since then was longer, s.
     """
 
     dt_s: float
     dropped: tuple[Path, ...] = ()
     wants_close: bool = False
+    stalled_s: float = 0.0
 
 
 class Window(Protocol):
@@ -282,14 +284,15 @@ class GlfwWindow:
         else:
             self._glfw.poll_events()
         now_s = time.perf_counter()
-        dt_s, self._last_s = min(now_s - self._last_s, LONGEST_STEP_S), now_s
+        passed_s, self._last_s = now_s - self._last_s, now_s
         imgui.backends.opengl3_new_frame()
         imgui.backends.glfw_new_frame()
         imgui.new_frame()
         dropped, self._dropped = tuple(self._dropped), []
         wants_close = bool(self._glfw.window_should_close(self._window))
         self._glfw.set_window_should_close(self._window, False)  # the app decides: it may ask first
-        return Pulse(dt_s, dropped, wants_close)
+        dt_s = min(passed_s, LONGEST_STEP_S)
+        return Pulse(dt_s, dropped, wants_close, passed_s - dt_s)
 
     def draw(self, paint: Callable[[Any], None]) -> None:
         """Lets ``paint(framebuffer)`` fill the framebuffer, then draws the panels over it."""

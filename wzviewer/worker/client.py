@@ -7,9 +7,11 @@ pipe and fresh slots, and the finished levels are replayed to it before its next
 
 import contextlib
 import multiprocessing
+import sys
 import time
 from collections import deque
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from wzviewer.core import messages as m
@@ -132,6 +134,7 @@ class WorkerClient:
         given = () if self._entry else (self._yields,)
         arguments = (child_pipe, names[1], names[0], self._synthesizer, *given)
         self._process = self._context.Process(target=self._entry or main, args=arguments, daemon=True)
+        wait_for_import("cv2")
         self._process.start()
         child_pipe.close()
         self._channel = Channel(parent_pipe, self._memory[0], self._memory[1])
@@ -347,3 +350,14 @@ class WorkerClient:
 
 def _ends(event: Event, request_id: int) -> bool:
     return event.request_id == request_id and isinstance(event, LevelFinished | LevelDropped)
+
+
+def wait_for_import(name: str, limit_s: float = 5.0) -> None:
+    """Waits while another thread imports a module that stands in ``sys.path`` until it is there.
+
+    OpenCV's own folder does.  A child takes the path as it is at its start, and would find OpenCV's
+    ``typing`` before Python's, and end.
+    """
+    deadline_s = time.perf_counter() + limit_s
+    while any(Path(entry).name == name for entry in sys.path) and time.perf_counter() < deadline_s:
+        time.sleep(0.005)

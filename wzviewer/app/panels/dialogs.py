@@ -81,7 +81,9 @@ def _drop(state: AppState, ui: Ui) -> list[cmd.Command]:
 def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:
     with face(ui.fonts.bold, theme.HEAD_PT):
         imgui.text_unformatted(title)
-    if imgui.is_window_appearing():
+    note = state.panels.dialog_note
+    is_left = bool(note) and not (imgui.is_any_item_active() or imgui.is_mouse_down(0))
+    if imgui.is_window_appearing() or is_left:  # Enter takes the cursor out: what was wrong can be typed anew
         imgui.set_keyboard_focus_here()
     imgui.set_next_item_width(-1.0)
     commands: list[cmd.Command] = []
@@ -91,6 +93,8 @@ def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:
         commands.append(cmd.EditPath(text))
     if imgui.is_item_deactivated() and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
         commands.append(cmd.ConfirmPath())
+    if note:
+        wrapped(ui, note, ui.colors.error, theme.SMALL_PT)
     verb = "Open" if state.panels.dialog.startswith("open") else "Save"
     return commands + _buttons(ui, ("Cancel", cmd.Escape()), (verb, cmd.ConfirmPath()))
 

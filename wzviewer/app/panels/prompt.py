@@ -47,8 +47,16 @@ AUTO_HINTS = (
 )
 BUTTON_PT = 100.0
 # Heights of what may stand above the line, with the gap below.
-OFFERS_PT, PROGRESS_PT, WAITING_PT, VARIANTS_PT, MATERIALS_PT = 46.0, 84.0, 46.0, 76.0, 240.0
+OFFERS_PT, REFUSAL_PT, PROGRESS_PT, WAITING_PT, VARIANTS_PT, MATERIALS_PT = (
+    46.0,
+    60.0,
+    84.0,
+    46.0,
+    76.0,
+    240.0,
+)
 LAST_STAGE = 5  # of the paper
+LONG_STEP_S = 8.0  # more than any first step needs once everything is compiled
 
 
 def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -66,8 +74,8 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
     stack: list[tuple[bool, Callable[[AppState, Ui, Rect], tuple[list[cmd.Command], float]]]] = [
         (has_offers, draw_offers),
         (state.panels.materials, draw_materials),
+        (bool(state.refusal), _refusal),
         (state.job is not None, _progress),
-        (bool(state.refusal) and state.job is None, _refusal),
         (bool(state.queue.goals), draw_waiting),
         (state.variants is not None and not is_typing, draw_variants),
     ]
@@ -86,7 +94,8 @@ def _base(state: AppState, ui: Ui, is_typing: bool) -> Rect:
     bottom = ui.layout.tree.y + height_of(ui, len(tree_rows(state.scene)))
     parts = (
         (is_typing, OFFERS_PT),
-        (state.job is not None or bool(state.refusal), PROGRESS_PT),
+        (bool(state.refusal), REFUSAL_PT),
+        (state.job is not None, PROGRESS_PT),
         (bool(state.queue.goals), WAITING_PT),
         (state.variants is not None, VARIANTS_PT),
         (state.panels.materials, MATERIALS_PT),
@@ -189,7 +198,7 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
         return [], 0.0
     with plate("progress", above, grows="up"):
         since_s = job.stages[-1].start_s if job.stages else job.started_s
-        elapsed = f"{max(state.now_s - job.started_s, 0.0):.1f} s"
+        elapsed = f"{max(state.clock_s - job.started_s, 0.0):.1f} s"
         room = imgui.get_content_region_avail().x
         imgui.text_unformatted(elided(_headline(state, job), room - ui.pt(90)))
         left = room + imgui.get_style().window_padding.x
@@ -198,8 +207,7 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
             imgui.text_unformatted(elapsed)
             pressed = _cross(ui, left)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
-        past = _past(job)
-        small(ui, elided(past, room) if past else f"{max(state.now_s - since_s, 0.0):.1f} s in this step")
+        small(ui, elided(_past(job) or so_far(state.clock_s - since_s), room))
         return [cmd.CancelJob()] if pressed and not job.is_cancelling else [], imgui.get_window_height()
 
 
@@ -231,6 +239,12 @@ def _headline(state: AppState, job: Job) -> str:
     number = f"{stage.number}/{LAST_STAGE}   " if stage.number else ""
     what = f"“{job.prompt}”: {stage.name}" if job.prompt else f"{stage.name[:1].upper()}{stage.name[1:]}"
     return f"{number}{what}"
+
+
+def so_far(seconds: float) -> str:
+    """How long the first step takes; a long one compiles, as it does once on every machine."""
+    line = f"{max(seconds, 0.0):.1f} s in this step"
+    return f"{line} · the first time it can take a minute or two" if seconds > LONG_STEP_S else line
 
 
 def _past(job: Job) -> str:
