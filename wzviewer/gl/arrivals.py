@@ -134,8 +134,9 @@ class Arrivals:
         """Takes what has arrived as the levels that are drawn."""
         for level in scene:
             if self._pages.shown((level.index, 0)) is level.surfels:
-                if level.index not in self._levels and level.parent is not None:  # of E_0 it is flat
-                    if not scene.is_committed(level.index):
+                if level.index not in self._levels and not scene.is_committed(level.index):
+                    # That of E_0 is flat, and what a prompt asked for is not in any.
+                    if level.parent is not None and not level.prompt:
                         self._previews[level.index] = level.surfels
                 if self._levels.get(level.index) is not level:
                     self._drop_merged(level.index)
