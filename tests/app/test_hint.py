@@ -34,7 +34,7 @@ def test_it_waits_for_a_photo():
 
 def test_its_cross_takes_it_away(screen):
     state = state_with(make_scene(1))
-    rect = place_of(screen.ui())
+    rect = place_of(screen.ui(), screen.ui().layout.tree.right, screen.width)
     assert screen.click(state, rect.right - 19, rect.y + 19) == [cmd.DismissHint()]
     seen = replace(state, settings=Settings(hint_seen=True))
     assert cmd.DismissHint() not in screen.click(seen, rect.right - 19, rect.y + 19)
@@ -44,7 +44,7 @@ def test_its_cross_takes_it_away(screen):
 def test_it_stands_clear_of_the_other_panels(screen, size):
     screen.width, screen.height = size
     ui = screen.ui()
-    place, layout = place_of(ui), ui.layout
+    place, layout = place_of(ui, ui.layout.tree.right, size[0]), ui.layout
     for other in (layout.toolbar, layout.breadcrumb, layout.tree, layout.prompt, layout.status):
         assert not place.overlaps(other)
     assert place.right <= size[0]

@@ -8,6 +8,7 @@ from wzviewer.app import theme
 from wzviewer.app.hint import is_shown
 from wzviewer.app.keys import label_of
 from wzviewer.app.layout import Rect
+from wzviewer.app.panels.notices import has_notices, notices_place, taken_on_the_left
 from wzviewer.app.panels.surface import Ui, colored, face, plate, quiet, tooltip
 from wzviewer.app.state import AppState
 
@@ -15,13 +16,17 @@ SIZE_PT = (330.0, 98.0)
 ICON_PT, ROW_PT = 28.0, 26.0
 KEY_PT = (84.0, 62.0)  # the latter where there is little room
 CROSS_PT = 26.0
+NARROWEST_PT = 190.0  # for its shortest words
 
 
 def draw_hint(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the hint, beside the tree and below the breadcrumb."""
     if not is_shown(state) or state.panels.statistics:
         return []
-    place = place_of(ui)
+    right = notices_place(state, ui.layout).x if has_notices(state) else ui.layout.window.width
+    place = place_of(ui, taken_on_the_left(state, ui.layout), right)
+    if place.width < ui.pt(NARROWEST_PT):
+        return []  # it comes again once there is room
     is_narrow = place.width < ui.pt(SIZE_PT[0])
     with plate("hint", place, alpha=0.9):
         corner = imgui.get_cursor_pos()
@@ -36,14 +41,21 @@ def draw_hint(state: AppState, ui: Ui) -> list[cmd.Command]:
         return _cross(ui)
 
 
-def place_of(ui: Ui) -> Rect:
-    """Returns where the hint stands: in the middle, or right of the tree where that is narrower."""
+def place_of(ui: Ui, left: float, right: float) -> Rect:
+    """Returns where the hint stands: in the middle of the window, as far as there is room.
+
+    Args:
+        ui: what to draw with.
+        left: where its room begins, imgui units.
+        right: where it ends.
+    """
     layout = ui.layout
     width, height = ui.pt(SIZE_PT[0]), ui.pt(SIZE_PT[1])
     margin = layout.toolbar.x
-    room = layout.window.width - layout.tree.right - 2 * margin
-    x = max((layout.window.width - width) / 2, layout.tree.right + margin)
-    return Rect(x, layout.toolbar.bottom + margin, min(width, room), height)
+    low, high = left + margin, right - margin
+    width = min(width, high - low)
+    x = min(max((layout.window.width - width) / 2, low), high - width)
+    return Rect(x, layout.toolbar.bottom + margin, width, height)
 
 
 def _lines(state: AppState) -> tuple[tuple[str, str, tuple[str, str]], ...]:

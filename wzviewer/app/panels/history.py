@@ -1,12 +1,13 @@
 """Below the toolbar, on request: everything that changed the scene; a click goes back or forth to there."""
 
+from dataclasses import replace
+
 from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.history import wording
-from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, elided, face, plate
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
@@ -28,11 +29,10 @@ def draw_history(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the panel, the oldest entry first."""
     if not state.panels.history or not len(state.scene):
         return []
-    bar, entries = ui.layout.toolbar, state.history.entries
+    side, entries = ui.layout.side, state.history.entries
     rows = min(len(entries) + 1, MAX_ROWS)
-    room = ui.layout.window.height - bar.bottom - ui.pt(30)
-    height = min(ui.pt(42 + rows * ROW_PT), room)
-    rect = Rect(bar.x, bar.bottom + ui.pt(8), min(ui.pt(WIDTH_PT), bar.width), height)
+    height = min(ui.pt(42 + rows * ROW_PT), side.height)
+    rect = replace(side, width=min(ui.pt(WIDTH_PT), side.width), height=height)
     commands: list[cmd.Command] = []
     imgui.push_style_var(imgui.StyleVar_.item_spacing.value, (0.0, 0.0))
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(8), ui.pt(8)))

@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app.keeping import size_of
 from wzviewer.app.keys import label_of
-from wzviewer.app.layout import MARGIN_PT, Rect
+from wzviewer.app.layout import Rect
 from wzviewer.app.panels.prompt import draw_bar
 from wzviewer.app.panels.surface import Ui, choice, elided, face, plate, primary, small, tooltip, wrapped
 from wzviewer.app.shooting import film_line, film_s, film_size, why_no_film
@@ -47,10 +47,8 @@ def draw_keep(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the panel."""
     if not state.panels.keep or not len(state.scene):
         return []
-    bar = ui.layout.toolbar
-    rect = Rect(bar.x, bar.bottom + ui.pt(8), min(ui.pt(WIDTH_PT), bar.width), 0.0)
-    most = ui.layout.window.height - rect.y - ui.pt(MARGIN_PT)
-    imgui.set_next_window_size_constraints((rect.width, 0.0), (rect.width, most))
+    side = ui.layout.side
+    rect = replace(side, width=min(ui.pt(WIDTH_PT), side.width))
     with plate("keep", rect, grows="down", alpha=0.97, scrolls=True, is_front=True):
         commands = _chosen(state, ui, "tab", TABS)
         commands += _film_part(state, ui) if state.plan.tab == "film" else _picture_part(state, ui)

@@ -16,14 +16,19 @@ SMALLEST_PT = 7.0  # of the frame; a smaller one is a cross
 CROSS_PT, HOLE_PT = 15.0, 6.0
 
 
-def draw_locator(state: AppState, ui: Ui) -> list[cmd.Command]:
-    """Draws the inset; it is away at home, and where what is behind the picture is looked at."""
+def draw_locator(state: AppState, ui: Ui) -> tuple[list[cmd.Command], Rect]:
+    """Draws the inset; it is away at home, and where what is behind the picture is looked at.
+
+    Returns:
+        What was asked for, and its place; without a size while it is away.
+    """
     room, thumbnail = ui.layout.locator, ui.thumbnails.get(0)
+    nothing: list[cmd.Command] = []
     if not state.panels.locator or state.panels.statistics or not len(state.scene) or room.width <= 0:
-        return []
+        return nothing, Rect(room.x, room.y, 0.0, 0.0)
     here = location(state)
     if here is None:
-        return []
+        return nothing, Rect(room.x, room.y, 0.0, 0.0)
     root = state.scene[0].camera
     aspect = thumbnail.aspect if thumbnail is not None else root.width / root.height
     pad = ui.pt(PADDING_PT)
@@ -33,7 +38,7 @@ def draw_locator(state: AppState, ui: Ui) -> list[cmd.Command]:
         room.right - width - 2 * pad, room.bottom - height - 2 * pad, width + 2 * pad, height + 2 * pad
     )
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (pad, pad))
-    commands: list[cmd.Command] = []
+    commands = nothing
     with plate("locator", rect):
         at = imgui.get_cursor_screen_pos()
         inner = Rect(at.x, at.y, width, height)
@@ -55,7 +60,7 @@ def draw_locator(state: AppState, ui: Ui) -> list[cmd.Command]:
         _mark(ui, inner, here)
         draw.pop_clip_rect()
     imgui.pop_style_var()
-    return commands
+    return commands, rect
 
 
 def _mark(ui: Ui, inner: Rect, here: Location) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 from imgui_bundle import icons_fontawesome_6 as icons
@@ -59,8 +60,12 @@ LAST_STAGE = 5  # of the paper
 LONG_STEP_S = 8.0  # more than any first step needs once everything is compiled
 
 
-def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
-    """Draws the prompt line, and above it what it may become, the progress or the refusal."""
+def draw_prompt(state: AppState, ui: Ui) -> tuple[list[cmd.Command], Rect]:
+    """Draws the prompt line, and above it what it may become, the progress or the refusal.
+
+    Returns:
+        What was asked for, and the place of all that stands above the line; without height for nothing.
+    """
     commands: list[cmd.Command] = []
     rect = ui.layout.prompt
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(7), ui.pt(7)))
@@ -83,7 +88,7 @@ def draw_prompt(state: AppState, ui: Ui) -> list[cmd.Command]:
         asked, height = draw(state, ui, above)
         commands += asked
         above = Rect(above.x, above.y - (height + ui.pt(8) if height else 0.0), above.width, 0.0)
-    return commands
+    return commands, replace(above, height=rect.y - ui.pt(8) - above.y)
 
 
 def _base(state: AppState, ui: Ui, is_typing: bool) -> Rect:

@@ -11,10 +11,11 @@ from wzviewer.app.panels.frame import draw_frame
 from wzviewer.app.panels.help import draw_help
 from wzviewer.app.panels.hint import draw_hint
 from wzviewer.app.panels.history import draw_history
-from wzviewer.app.panels.keep import draw_film, draw_keep
+from wzviewer.app.panels.keep import draw_keep
 from wzviewer.app.panels.locator import draw_locator
 from wzviewer.app.panels.log import draw_log
 from wzviewer.app.panels.look import draw_look
+from wzviewer.app.panels.notices import draw_notices, has_notices, is_side_taken, notices_place
 from wzviewer.app.panels.palette import draw_palette
 from wzviewer.app.panels.prompt import draw_prompt
 from wzviewer.app.panels.settings import draw_settings
@@ -22,7 +23,6 @@ from wzviewer.app.panels.start import draw_start, draw_start_over
 from wzviewer.app.panels.status import draw_scale_bar, draw_status
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.timeline import draw_timeline
-from wzviewer.app.panels.toasts import draw_toasts
 from wzviewer.app.panels.toolbar import draw_toolbar
 from wzviewer.app.panels.tree import draw_tree
 from wzviewer.app.state import AppState
@@ -37,23 +37,35 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     else:
         if not len(state.scene):
             _flat_photo(state, ui)
-        commands += draw_toolbar(state, ui) + draw_breadcrumb(state, ui)
-        is_hidden = state.panels.keep or state.panels.settings  # they stand in its place
-        if not is_hidden and not ui.layout.tree.overlaps(ui.layout.prompt):
+        asked, ui = _at_the_foot(state, ui)
+        commands += asked + draw_toolbar(state, ui) + draw_breadcrumb(state, ui)
+        if not is_side_taken(state) and not ui.layout.tree.overlaps(ui.layout.prompt):
             commands += draw_tree(state, ui)
         draw_frame(state, ui)
-        commands += draw_locator(state, ui)
         draw_scale_bar(state, ui)
         draw_status(state, ui)
-        commands += draw_prompt(state, ui) + draw_look(state, ui) + draw_timeline(state, ui)
-    is_beside = state.panels.statistics and state.has_document
-    notices = ui.layout.toasts_beside if is_beside else ui.layout.toasts
-    asked, height = draw_film(state, ui, notices)
-    commands += asked + draw_toasts(state, ui, replace(notices, y=notices.y + height))
+        commands += draw_look(state, _beside_notices(state, ui)) + draw_timeline(state, ui)
+    commands += draw_notices(state, ui, notices_place(state, ui.layout))
     commands += draw_keep(state, ui) + draw_settings(state, ui) + draw_history(state, ui)
     commands += draw_hint(state, ui) + draw_start_over(state, ui) + draw_help(state, ui)
     commands += draw_log(state, ui) + draw_palette(state, ui)
     return commands + draw_dialogs(state, ui)
+
+
+def _at_the_foot(state: AppState, ui: Ui) -> tuple[list[cmd.Command], Ui]:
+    """What stands at the foot comes first: all else ends above it, as the interface that is returned says."""
+    asked, stack = draw_prompt(state, ui)
+    located, inset = draw_locator(state, ui)
+    return asked + located, replace(ui, layout=ui.layout.clear_of((stack, inset)))
+
+
+def _beside_notices(state: AppState, ui: Ui) -> Ui:
+    """The statistics end above notices that have no room beside them."""
+    place = notices_place(state, ui.layout)
+    if not has_notices(state):
+        return ui
+    statistics = ui.layout.statistics.above([place], ui.pt(7))
+    return replace(ui, layout=replace(ui.layout, statistics=statistics))
 
 
 def _flat_photo(state: AppState, ui: Ui) -> None:

@@ -6,7 +6,6 @@ from typing import Any
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, choice, face, plate, small, tooltip
 from wzviewer.app.settings import Settings
 from wzviewer.app.state import AppState
@@ -22,10 +21,10 @@ def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the panel."""
     if not state.panels.settings:
         return []
-    bar, now = ui.layout.toolbar, state.settings
-    rect = Rect(bar.x, bar.bottom + ui.pt(8), min(ui.pt(WIDTH_PT), bar.width), 0.0)
+    side, now = ui.layout.side, state.settings
+    rect = replace(side, width=min(ui.pt(WIDTH_PT), side.width))
     changes: dict[str, Any] = {}
-    with plate("settings", rect, grows="down", alpha=0.97, is_front=True):
+    with plate("settings", rect, grows="down", alpha=0.97, scrolls=True, is_front=True):
         with face(ui.fonts.bold):
             imgui.text_unformatted("Settings")
         rows: tuple[tuple[str, str, tuple[tuple[str, Any], ...]], ...] = (

@@ -14,6 +14,10 @@ from wzviewer.core.navigation import scale_bar
 
 BAR_LIMIT_PT = 150.0
 ABOUT_UNIT = f"1 {UNIT} is the median distance in the photo"
+SHADOW = (  # x and y, pt, and opacity
+    *((0.0, 1.0, 0.9), (0.0, -1.0, 0.5), (1.0, 0.0, 0.6), (-1.0, 0.0, 0.6)),
+    *((1.0, 1.0, 0.5), (-1.0, 1.0, 0.5), (1.0, -1.0, 0.3), (-1.0, -1.0, 0.3)),
+)
 FLAT = imgui.WindowFlags_.no_background.value | imgui.WindowFlags_.no_inputs.value
 
 
@@ -67,6 +71,6 @@ def _line(state: AppState, room: float) -> str:
 def shadowed(ui: Ui, at: tuple[float, float], text: str, color: theme.Rgba = theme.ON_PICTURE) -> None:
     """Text straight on the picture, readable on any."""
     draw = imgui.get_window_draw_list()
-    for dx, dy, alpha in ((0, 1, 0.9), (0, -1, 0.5), (1, 0, 0.6), (-1, 0, 0.6)):
+    for dx, dy, alpha in SHADOW:
         draw.add_text((at[0] + ui.pt(dx), at[1] + ui.pt(dy)), u32((0, 0, 0, 0.75), alpha), text)
     draw.add_text(at, u32(color), text)

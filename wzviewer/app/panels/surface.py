@@ -78,7 +78,7 @@ def plate(
 
     Args:
         name: unique.
-        rect: its place.
+        rect: its place; where the height follows the contents, the height is the most it may be, if any.
         flags: further window flags of imgui.
         alpha: opacity of its ground; the theme's when None.
         grows: "down" or "up" lets the height follow the contents.
@@ -88,6 +88,8 @@ def plate(
     pivot = (0.0, 1.0) if grows == "up" else (0.0, 0.0)
     imgui.set_next_window_pos((rect.x, rect.bottom if grows == "up" else rect.y), pivot=pivot)
     imgui.set_next_window_size((rect.width, 0.0 if grows else rect.height))
+    if grows and rect.height > 0:
+        imgui.set_next_window_size_constraints((rect.width, 0.0), (rect.width, rect.height))
     if alpha is not None:
         imgui.set_next_window_bg_alpha(alpha)
     shape = PLATE & ~F.no_scrollbar.value if scrolls else PLATE

@@ -15,6 +15,7 @@ ICONS = {
     "error": (icons.ICON_FA_TRIANGLE_EXCLAMATION, "error"),
 }
 FADE_S = 0.25
+USUAL_PT = 58.0  # height of a notice of one or two lines, with the gap below
 MAX_DETAILS = 900  # characters: the end of a traceback says what happened
 
 
@@ -27,10 +28,15 @@ def draw_toasts(state: AppState, ui: Ui, rect: Rect) -> list[cmd.Command]:
         rect: where they may stand.
     """
     commands: list[cmd.Command] = []
-    top = rect.y
-    for number, toast in enumerate(t for t in state.toasts if t.is_alive(state.now_s)):
+    top, usual = rect.y, ui.pt(USUAL_PT)
+    alive = [toast for toast in state.toasts if toast.is_alive(state.now_s)]
+    alive = alive[-max(int(rect.height / usual), 1) :]  # the older ones give way
+    for number, toast in enumerate(alive):
+        later = usual * (len(alive) - 1 - number)
+        most = max(rect.bottom - top - later, usual)
         imgui.push_style_var(imgui.StyleVar_.alpha.value, _opacity(toast, state.now_s))
-        with plate(f"toast{number}", Rect(rect.x, top, rect.width, 0.0), grows="down"):
+        place = Rect(rect.x, top, rect.width, most)
+        with plate(f"toast{number}", place, grows="down", scrolls=True, is_front=not state.has_document):
             asked = _draw(ui, toast)
             top += imgui.get_window_height() + ui.pt(8)
             if not asked and imgui.is_window_hovered() and imgui.is_mouse_clicked(0):
@@ -50,9 +56,10 @@ def _draw(ui: Ui, toast: Toast) -> list[cmd.Command]:
     imgui.text_unformatted(toast.text)
     imgui.pop_text_wrap_pos()
     beside = _beside(ui, toast, room)
-    if toast.is_expanded:
+    commands = beside if beside is not None else _buttons(ui, toast)
+    if toast.is_expanded:  # below the buttons, which so are in reach when it has to be scrolled
         wrapped(ui, toast.details[-MAX_DETAILS:], ui.colors.muted, theme.SMALL_PT - 1.0)
-    return beside if beside is not None else _buttons(ui, toast)
+    return commands
 
 
 def _beside(ui: Ui, toast: Toast, room: float) -> list[cmd.Command] | None:

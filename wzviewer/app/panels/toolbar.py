@@ -1,18 +1,18 @@
-"""Top left: open, save, undo, redo, home, help."""
+"""Top left: files, history, and what to show."""
 
 from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.history import wording
-from wzviewer.app.keys import label_of
+from wzviewer.app.keys import label_for
 from wzviewer.app.panels.surface import Ui, colored, plate, quiet, tooltip
 from wzviewer.app.settings import KeymapName
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
 Button = tuple[str, str, cmd.Command, bool]  # icon, what, command, is it possible now
-BUTTON_PT = (34.0, 30.0)
+BUTTON_PT = (32.0, 30.0)
 
 
 def draw_toolbar(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -60,6 +60,7 @@ def _views(state: AppState) -> tuple[Button, ...]:
         ),
         (icons.ICON_FA_HOUSE, "The whole picture", cmd.GoHome(), True),
         (icons.ICON_FA_LAYER_GROUP, "Levels", cmd.Toggle("tree"), len(state.scene) > 0),
+        (icons.ICON_FA_TIMELINE, "Timeline of a film", cmd.Toggle("timeline"), len(state.scene) > 0),
         (icons.ICON_FA_GEAR, "Settings", cmd.Toggle("settings"), True),
         (icons.ICON_FA_CIRCLE_QUESTION, "Keys and gestures", cmd.Toggle("help"), True),
     )
@@ -78,7 +79,7 @@ def _button(ui: Ui, button: Button, is_marked: bool, keymap: KeymapName) -> list
     with colored(ui.colors.accent if is_marked else ui.colors.text):
         pressed = imgui.button(f"{icon}##{icon}", (ui.pt(BUTTON_PT[0]), ui.pt(BUTTON_PT[1])))
     imgui.end_disabled()
-    key = label_of(type(command), keymap) if not isinstance(command, cmd.Toggle) else ""
+    key = label_for(command, keymap)
     tooltip(f"{what}   {key}" if key else what)
     return [command] if pressed else []
 

@@ -34,6 +34,8 @@ def draw_tree(state: AppState, ui: Ui) -> list[cmd.Command]:
     commands: list[cmd.Command] = []
     rect = ui.layout.tree
     height = height_of(ui, len(rows))
+    if height < ui.pt(12 + ROW_PT):
+        return []  # not even a row has room
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(6), ui.pt(6)))
     imgui.push_style_var(imgui.StyleVar_.item_spacing.value, (0.0, ui.pt(GAP_PT)))
     with plate("tree", type(rect)(rect.x, rect.y, rect.width, height), scrolls=True):

@@ -1,0 +1,51 @@
+"""Where notices stand: top right, and the film in the making above them."""
+
+from dataclasses import replace
+
+from wzviewer.app import commands as cmd
+from wzviewer.app.layout import Layout, Rect
+from wzviewer.app.panels.keep import draw_film
+from wzviewer.app.panels.surface import Ui
+from wzviewer.app.panels.toasts import draw_toasts
+from wzviewer.app.state import AppState
+
+FOOT_PT = 138.0  # below the statistics: a film in the making and one notice
+
+
+def has_notices(state: AppState) -> bool:
+    """Whether there is anything to say."""
+    return state.film is not None or any(toast.is_alive(state.now_s) for toast in state.toasts)
+
+
+def is_side_taken(state: AppState) -> bool:
+    """Whether another panel stands where the tree does."""
+    panels = state.panels
+    return panels.keep or panels.settings or panels.history
+
+
+def taken_on_the_left(state: AppState, layout: Layout) -> float:
+    """Returns the right edge of what stands below the toolbar, imgui units."""
+    if is_side_taken(state):
+        return layout.side.right
+    return layout.tree.right if state.panels.tree and len(state.scene) else layout.tree.x
+
+
+def notices_place(state: AppState, layout: Layout) -> Rect:
+    """Returns where notices may stand: out of the way of the statistics, and of what is on the left."""
+    if not state.has_document:
+        return replace(layout.toasts, y=layout.toolbar.y)  # there is no toolbar
+    if not state.panels.statistics:
+        return layout.toasts
+    beside = layout.toasts_beside
+    if beside.x > taken_on_the_left(state, layout):
+        return beside
+    column = layout.statistics
+    height = min(FOOT_PT * layout.scale, column.height / 2)
+    return replace(column, y=column.bottom - height, height=height)
+
+
+def draw_notices(state: AppState, ui: Ui, place: Rect) -> list[cmd.Command]:
+    """Draws the film in the making, and the notices below it."""
+    asked, height = draw_film(state, ui, place)
+    rest = replace(place, y=place.y + height, height=max(place.height - height, 0.0))
+    return asked + draw_toasts(state, ui, rest)
