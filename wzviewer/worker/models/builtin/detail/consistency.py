@@ -16,6 +16,9 @@ from wzviewer.worker.models.builtin.detail.measures import area_down, enlarged
 
 REQUIRED_DB = 40.0
 """The promise of the product: PSNR between the shrunk new image and the observation, every level."""
+TARGET_DB = 42.2
+"""What is worked towards: the observation is a rendering, itself some 44 dB from the parent's image, to which
+the promise is to hold as well."""
 
 
 def psnr_db(a: FloatArray, b: FloatArray, peak: float = 255.0) -> float:
@@ -30,7 +33,7 @@ def consistency_db(image: FloatArray, observation: FloatArray, peak: float = 255
     return psnr_db(area_down(image, width, height), observation, peak)
 
 
-def projected(image: FloatArray, observation: FloatArray, target_db: float = 40.1) -> FloatArray:
+def projected(image: FloatArray, observation: FloatArray, target_db: float = TARGET_DB) -> FloatArray:
     """Returns the nearest-looking image, inside 0..255, that shrinks to the observation.
 
     First smooth corrections, which nobody sees; if they do not suffice, the exact one per block.  At a whole
