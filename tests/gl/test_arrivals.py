@@ -184,6 +184,11 @@ class SomeMerges(NoMerges):
         return self._forms if level.index == 1 else ()
 
 
+def preview_of(scene, prompt=""):
+    level = small_level(scene, 0, scene[0].camera.zoomed_to_region(0.5, 0.5, 4.0), 30, 2)
+    return replace(level, prompt=prompt)
+
+
 def in_the_making(scene, num, seed):
     level = scene[1]
     return replace(level, surfels=random_surfels(num, seed))
@@ -192,7 +197,7 @@ def in_the_making(scene, num, seed):
 def test_a_preview_stands_in_for_merged_forms_until_they_come(arrivals):
     scene = one_level(1)
     scene.commit(0)
-    scene.append(small_level(scene, 0, scene[0].camera.zoomed_to_region(0.5, 0.5, 4.0), 30, 2))
+    scene.append(preview_of(scene))
     preview = scene[1].surfels
     assert arrivals.sync(scene, None, NoMerges())
     assert [len(state.sets) for state in arrivals.states.values()] == [1, 1]
@@ -214,11 +219,18 @@ def test_a_preview_stands_in_for_merged_forms_until_they_come(arrivals):
 def test_no_preview_stands_in_where_it_is_no_smaller_or_was_never_seen(arrivals):
     scene = one_level(1)
     scene.commit(0)
-    scene.append(small_level(scene, 0, scene[0].camera.zoomed_to_region(0.5, 0.5, 4.0), 30, 2))
+    scene.append(preview_of(scene))
     arrivals.sync(scene, None, NoMerges())
     scene.replace(in_the_making(scene, 50, 3))
     for _ in range(3):
         arrivals.sync(scene, None, NoMerges())
+    assert len(arrivals.states[1].sets) == 1
+    asked = one_level(1)
+    asked.append(preview_of(asked, "a ladybug"))  # of which the preview shows nothing
+    arrivals.sync(asked, None, NoMerges())
+    asked.replace(in_the_making(asked, 120, 3))
+    for _ in range(3):
+        arrivals.sync(asked, None, NoMerges())
     assert len(arrivals.states[1].sets) == 1
     loaded = small_scene(2)
     for _ in range(3):
