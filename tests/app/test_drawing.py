@@ -53,3 +53,19 @@ def test_the_card_is_timed_in_motion(drawing):
     for k in range(4):
         assert drawing.gpu_s == 0.0 if k < 2 else drawing.gpu_s > 0.0
         drawing.draw(scene[0].camera.zoomed(3.0, 4.0, 1.0 + 0.01 * k), 0.5, True)
+
+
+def test_in_motion_levels_are_weighted_as_at_rest(drawing, monkeypatch):
+    scene = hill_scene(num_levels=1)
+    drawing.sync(scene)
+    found, draw = [], drawing._renderer.render_soon
+
+    def spy(camera, settings):
+        found.append((camera.width, settings.finer))
+        return draw(camera, settings)
+
+    monkeypatch.setattr(drawing._renderer, "render_soon", spy)
+    for fraction, is_moving in ((1.0, False), (0.5, True), (0.25, True)):
+        drawing.draw(scene[0].camera, fraction, is_moving)
+    assert [width * finer for width, finer in found] == [scene[0].camera.width] * 3
+    assert found[0][1] == 1.0

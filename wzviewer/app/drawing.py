@@ -98,7 +98,7 @@ class SceneDrawing:
         if self._picture is None or self._picture[0] != key or not self._picture[1].stats.is_exact:
             small = camera.resized(*size) if fraction < 1.0 else camera
             is_coarse = is_moving and fraction < 1.0  # at full resolution there is time for every surfel
-            settings = self._looked(look, is_coarse)
+            settings = replace(self._looked(look, is_coarse), finer=camera.width / small.width)
             with self._timer.frame() if is_moving else nullcontext():
                 frame = self._renderer.render_soon(small, settings)
                 self._picture = (key, frame if look.mode == "picture" else self._colored(frame, look.mode))

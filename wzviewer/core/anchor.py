@@ -13,7 +13,7 @@ so every number that a shader touches is of the size of a pixel.  The GLSL twin 
 ``shaders/include/anchor.glsl``.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,6 +79,17 @@ class AnchoredView:
             np.log2(abs(z) / (camera.focal_px * frame.unit)),
         )
         return cls(rows, float(a[2]), M[2])
+
+    def finer(self, factor: float) -> "AnchoredView":
+        """Returns the view with pixel scales as of ``factor`` times the resolution; points stay in place.
+
+        A frame that stands in for a finer one, in motion, shows the levels that the finer one would show.
+        """
+        if factor == 1.0:
+            return self
+        rows = self.rows.copy()
+        rows[2, 3] -= np.log2(factor)
+        return replace(self, rows=rows)
 
     @property
     def side(self) -> float:

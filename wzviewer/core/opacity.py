@@ -172,12 +172,13 @@ class Modulation:
     Attributes:
         parent_rows: (4,) ``(g, base)`` of the parent's camera, or None at the root.
         covers: children, and newer siblings of the level and of its ancestors.
-        cell_px: native pixels along a side of what one surfel stands for; more than 1 when merged.
+        cell_px: native pixels along a side of what one surfel stands for; more than 1 when merged, and less
+            for a view that is asked at a finer scale than it has (`AnchoredView.finer`).
     """
 
     parent_rows: DoubleArray | None
     covers: tuple[Cover, ...]
-    cell_px: int = 1
+    cell_px: float = 1.0
 
     def texels(self, compensated: bool = True) -> FloatArray:
         """Returns (2 + 5 covers, 4) float32: parent, (covers, has a parent, 1, cell), then the covers.
@@ -204,7 +205,7 @@ def log_ramp(top: FloatArray, here: FloatArray, low: FloatArray) -> FloatArray:
     return np.clip((top - here) / np.maximum(top - low, np.float32(LOG_SPAN_MIN)), 0.0, 1.0)
 
 
-def compensation(native: FloatArray, render: FloatArray, cell_px: int = 1) -> FloatArray:
+def compensation(native: FloatArray, render: FloatArray, cell_px: float = 1.0) -> FloatArray:
     """By how much the low-pass widens a footprint at its native scale, over how much it does here.
 
     Args:

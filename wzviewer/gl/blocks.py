@@ -27,7 +27,7 @@ VIEW_TEXELS, HEAD_TEXELS, COVER_TEXELS = 3, 5, 5
 WIDTH_STEP = 64 * COVER_TEXELS  # texels by which the texture widens: room for 64 covers
 
 
-_Row = tuple[DoubleArray | None, tuple[Cover, ...], int]
+_Row = tuple[DoubleArray | None, tuple[Cover, ...], float]
 _Held = dict[int, _Row]
 
 

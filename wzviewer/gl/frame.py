@@ -37,6 +37,8 @@ class RenderSettings:
             draws all.  About 0.5 is invisible on a level that is seen far below its own scale.
         spacing_px: levels whose merged surfels (2x2, 4x4) would be at most this far apart on the screen
             are drawn with those: for a camera in motion on a slow machine.  0 draws every surfel.
+        finer: how many times the resolution the frame stands in for, in each direction: levels are then
+            weighted as they would be there, and none fades for want of pixels.
     """
 
     blend: Blend = "transmittance"
@@ -49,6 +51,7 @@ class RenderSettings:
     antialias: bool = True
     contribution_min: float = 0.0
     spacing_px: float = 0.0
+    finer: float = 1.0
 
 
 @dataclass(frozen=True)

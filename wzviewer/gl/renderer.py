@@ -223,6 +223,7 @@ class SurfelRenderer:
             settings.spacing_px,
             ANTIALIAS_SPACING_PX if settings.antialias and settings.modulation else 0.0,
             settings.contribution_min,
+            finer=settings.finer,
             point_limit_px=self._rasterizer.point_limit_px,
         )
 

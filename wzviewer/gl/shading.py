@@ -154,7 +154,7 @@ class ShaderRasterizer:
         variant: Variant,
     ) -> bool:
         """Draws what is there; returns whether some footprints are quads."""
-        self._write_blocks(selection, camera)
+        self._write_blocks(selection, camera, settings.finer)
         how = (self._target.framebuffer, self._records(), self._textures())
         uniforms = {"u_contribution_min": settings.contribution_min}
         order = None
@@ -183,9 +183,9 @@ class ShaderRasterizer:
         cull = SurfelCull(self._blocks.texture, size, modulated, settings.contribution_min)
         return self._compute.order(selection.runs, selection.focus, self._records(), cull)
 
-    def _write_blocks(self, selection: Selection, camera: Camera) -> None:
+    def _write_blocks(self, selection: Selection, camera: Camera, finer: float) -> None:
         frames = {i: level.runs[0].frame for i, level in selection.seen.items()}
-        views = {i: AnchoredView.expand(camera, frame) for i, frame in frames.items()}
+        views = {i: AnchoredView.expand(camera, frame).finer(finer) for i, frame in frames.items()}
         self._blocks.write(views, {i: level.modulation or UNCOVERED for i, level in selection.seen.items()})
 
     def _upload(self, ordered: Ordered, settings: RenderSettings) -> None:

@@ -65,6 +65,12 @@ class Views:
         rows[:, 2, 3] = np.log2(np.abs(z) / (camera.focal_px * frames.units))
         return cls(rows, a[:, 2])
 
+    def finer(self, factor: float) -> "Views":
+        """Returns the views with pixel scales as of ``factor`` times the resolution."""
+        rows = self.rows.copy()
+        rows[:, 2, 3] -= np.log2(factor)
+        return Views(rows, self.depth)
+
     @property
     def side(self) -> DoubleArray:
         """+1 where the anchor lies in front of the camera, -1 behind, (n,)."""

@@ -13,7 +13,7 @@ these steps is taken for all levels at once.
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -122,6 +122,7 @@ class Choice:
         spacing_px: merged surfels are taken where theirs are at most this far apart on the screen.
         root_spacing_px: the same for levels without a parent, if it is more: those never fade in.
         contribution_min: surfels whose opacity times area, px^2, is less may be left out.
+        finer: pixels along a side that one of the camera's stands for: Eq. 3 is asked at their scale.
         margin_px: chunks this far outside the image are kept too, for a camera that moves on.
         point_limit_px: surfels of chunks with larger footprints are marked big.
     """
@@ -131,6 +132,7 @@ class Choice:
     spacing_px: float = 0.0
     root_spacing_px: float = 0.0
     contribution_min: float = 0.0
+    finer: float = 1.0
     margin_px: float = 0.0
     point_limit_px: float = np.inf
 
@@ -241,7 +243,7 @@ def select(states: Mapping[int, LevelState], camera: Camera, choice: Choice) -> 
     unmerged = frozenset[int]()
     if states:
         table = (states if isinstance(states, LevelStates) else LevelStates(states)).table
-        views = Views.expand(camera, table.frames)
+        views = Views.expand(camera, table.frames).finer(choice.finer)
         focus = table.focus(camera, views.depth)
         if choice.culling:
             seen, unmerged = _see(table, views, camera, choice)
@@ -274,7 +276,7 @@ def _see(
         if first < last:
             here, state = slice(first, last), table.states[owner]
             part = (region.chunks[here], region.radii_px[here], plain[here])
-            modulation = _of_covers(table, owner, covers, sets[owner].cell_px)
+            modulation = _of_covers(table, owner, covers, sets[owner].cell_px / choice.finer)
             seen[state.level.index] = _seen(state, sets[owner], *part, camera, modulation, choice)
     return seen, unmerged
 
@@ -285,7 +287,7 @@ def _may_be_seen(table: LevelTable, views: Views, size_px: tuple[int, int], choi
     return near & fades_in(table.hulls, views, table.parent_rows) if choice.modulated else near
 
 
-def _of_covers(table: LevelTable, owner: int, covers: IntArray, cell_px: int) -> Modulation:
+def _of_covers(table: LevelTable, owner: int, covers: IntArray, cell_px: float) -> Modulation:
     """The modulation of a level, less the covers that act nowhere."""
     modulation = table.states[owner].modulation
     ranks = table.ranks[covers[table.covered[covers] == owner]].tolist()
@@ -333,7 +335,8 @@ def _spacings_px(
     found = {}
     for owner in exact:
         is_root = table.states[owner].level.parent is None
-        found[owner] = max(choice.spacing_px, choice.root_spacing_px if is_root else 0.0)
+        spacing_px = max(choice.spacing_px, choice.root_spacing_px if is_root else 0.0)
+        found[owner] = choice.finer * spacing_px  # as the views see it
     if not any(found.values()):
         return {}
     least = log_ratio(table.native_rows, views.rows[:, 2], table.hulls.corners).min(1)  # nan: may be
@@ -352,7 +355,8 @@ def _everything(table: LevelTable, camera: Camera, choice: Choice) -> dict[int, 
         radii = chunk_radii_px(exact.bounds, AnchoredView.expand(camera, state.level.frame))
         chunks = np.arange(len(radii), dtype=np.int32)
         plain = np.full(len(chunks), not choice.modulated)
-        seen[state.level.index] = _seen(state, exact, chunks, radii, plain, camera, state.modulation, choice)
+        modulation = replace(state.modulation, cell_px=exact.cell_px / choice.finer)
+        seen[state.level.index] = _seen(state, exact, chunks, radii, plain, camera, modulation, choice)
     return seen
 
 
@@ -366,7 +370,7 @@ def _seen(
     modulation: Modulation,
     choice: Choice,
 ) -> SeenLevel:
-    view = AnchoredView.expand(camera, state.level.frame)
+    view = AnchoredView.expand(camera, state.level.frame).finer(choice.finer)
     big = 2.0 * radii_px > choice.point_limit_px
     spans = chosen.spans(chunks, (big + 2 * plain).astype(np.int32))
     runs = tuple(
