@@ -20,6 +20,7 @@ _PROBE = 168
 _STEEPEST = 6.0
 _IN_FRONT = 0.40  # of its length: what is nearer by less is the support's own roughness
 _MOST_HIDDEN = 0.6
+_UPRIGHT, _LEAN = 1.73, 0.35  # px of relief per px: its own ground is seen from 30 degrees or flatter
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,8 +178,13 @@ def lift_onto(pose: Pose, plane: Plane) -> Plane:
     n = pose.camera_from_object[:, 2]
     down = n @ np.array([pose.ray[0], pose.ray[1], 1.0])
     x, y, z = pose.position
-    slope_x, slope_y = plane.slope_x + n[0] / down, plane.slope_y + n[1] / down
-    return Plane(x, y, float(plane(np.float64(x), np.float64(y))) - z, float(slope_x), float(slope_y))  # type: ignore[arg-type]
+    own = n[:2] / down
+    slope = np.array([plane.slope_x, plane.slope_y]) + own
+    if (
+        np.hypot(*own) > _UPRIGHT
+    ):  # it stands: laid onto a wall it would lean as far as the wall is from lying
+        slope *= min(1.0, _LEAN / max(float(np.hypot(*slope)), 1e-9))
+    return Plane(x, y, float(plane(np.float64(x), np.float64(y))) - z, float(slope[0]), float(slope[1]))  # type: ignore[arg-type]
 
 
 def hidden_by(support: FloatArray, relief: FloatArray, mask: BoolArray, size_px: float) -> BoolArray:
