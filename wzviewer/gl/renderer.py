@@ -181,10 +181,8 @@ class SurfelRenderer:
         Returns:
             Median depth (world units along the camera's axis) and level index, or None on emptiness.
         """
-        selection = self._select(
-            camera, replace(settings, spacing_px=0.0, antialias=False, contribution_min=0.0)
-        )
-        return pick(self._arrivals.states, selection, camera, (x_px, y_px), settings.blend)
+        exact = replace(settings, spacing_px=0.0, antialias=False, contribution_min=0.0)
+        return pick(self._arrivals.states, camera, (x_px, y_px), self._choice(exact), settings.blend)
 
     def release(self) -> None:
         """Frees all GPU objects and ends the threads."""

@@ -15,6 +15,7 @@ import traceback
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,11 +51,17 @@ def yield_to_frames() -> None:
             kernel = ctypes.windll.kernel32
             kernel.SetPriorityClass(kernel.GetCurrentProcess(), BELOW_NORMAL_PRIORITY_CLASS)
         elif sys.platform == "linux":  # the one class that a waking thread of the app need not wait for
-            os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+            for thread in _threads():
+                os.sched_setscheduler(thread, os.SCHED_IDLE, os.sched_param(0))
         else:
             os.nice(NICE)
     except OSError:
         log.info("the priority of the worker stays as it is")
+
+
+def _threads() -> list[int]:
+    """Linux ids of all threads of this process: numpy's import starts some before `main` is called."""
+    return [int(path.name) for path in Path("/proc/self/task").iterdir()]
 
 
 class Worker:
