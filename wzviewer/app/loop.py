@@ -1,5 +1,6 @@
 """The frame loop: Algorithm 1, lines 1-9.  Thread 2 (lines 10-32) is `wzviewer.worker`."""
 
+import os
 import time
 from collections import deque
 from dataclasses import replace
@@ -257,6 +258,8 @@ def run_app(
         ContextError: when there is no display or no OpenGL 3.3.
         OutputError: when the screenshot cannot be written.
     """
+    # Before the first kernel: threads that spin for each other keep the cores from frames and worker.
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     window: Window = OffscreenWindow() if headless else GlfwWindow()
     kept: tuple[Any, ...] = ()
     if not headless:

@@ -12,7 +12,8 @@ from wzviewer.core.messages import Json
 from wzviewer.core.packing import PACKED_DTYPES, Packed, check_packed, pack, unpack
 from wzviewer.core.records import header_fields
 from wzviewer.core.scene import PHOTO, Level
-from wzviewer.core.surfels import Surfels
+from wzviewer.core.surfels import SURFEL_SHAPES, Surfels
+from wzviewer.core.types import FloatArray
 
 CHUNK_SURFELS = 1 << 16
 MAX_SURFELS = 64 << 20  # of one level
@@ -80,17 +81,20 @@ def _is_finer(photo: NDArray[Any], image: NDArray[Any]) -> bool:
 
 
 class LevelAssembly:
-    """Puts a level together from `LevelBegun`, chunks and `LevelCommitted`."""
+    """Puts a level together from `LevelBegun`, chunks and `LevelCommitted`.
+
+    Each chunk goes at once to where it stays: joining a million surfels at the end would cost a frame.
+    """
 
     def __init__(self) -> None:
         self._level: Level | None = None
-        self._chunks: list[Surfels] = []
-        self._count = 0
+        self._arrays: dict[str, FloatArray] = {}
+        self._count = self._total = 0
 
     def begin(self, header: Json, arrays: Arrays) -> None:
         """Takes the header and the preview's image and relief."""
         self._level = level_of(header, arrays, Surfels.empty())
-        self._chunks, self._count = [], 0
+        self._count = self._total = 0
 
     def add(self, start: int, total: int, arrays: Arrays) -> bool:
         """Takes a chunk; returns whether the revision is complete.
@@ -100,15 +104,19 @@ class LevelAssembly:
         """
         level = self._require()
         if start == 0:
-            self._chunks, self._count = [], 0
+            self._count, self._total = 0, total
         surfels = surfels_of(arrays, level.camera, level.frame)
-        if start != self._count or start + len(surfels) > total or total > MAX_SURFELS:
+        end = start + len(surfels)
+        if start != self._count or end > total or total != self._total or total > MAX_SURFELS:
             raise ValueError(f"chunk at {start} of {total} is out of order")
-        self._chunks.append(surfels)
-        self._count += len(surfels)
-        if self._count < total:
+        if start == 0:
+            self._arrays = {k: np.empty((total, *s), np.float32) for k, s in SURFEL_SHAPES.items()}
+        for name, array in surfels.arrays().items():
+            self._arrays[name][start:end] = array
+        self._count = end
+        if end < total:
             return False
-        self._level = level.with_surfels(Surfels.concatenate(self._chunks))
+        self._level, self._arrays = level.with_surfels(Surfels(**self._arrays)), {}
         return True
 
     def level(self) -> Level:

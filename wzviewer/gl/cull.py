@@ -62,7 +62,7 @@ class ChunkBounds:
         """
         starts = np.arange(0, len(surfels), chunk_surfels)
         corners = around(surfels.means, starts, maker)
-        sigmas = surfels.scales.max(1)
+        sigmas = np.maximum(surfels.scales[:, 0], surfels.scales[:, 1])  # a tenth of the time of max(1)
         most, least = (ufunc.reduceat(surfels.coverage, starts) for ufunc in (np.maximum, np.minimum))
         spreads, own_g = np.full(len(starts), np.inf), np.zeros((len(starts), 3))
         if maker is not None:
@@ -111,20 +111,24 @@ def around(points: FloatArray | DoubleArray, starts: IndexArray, maker: Anchored
     lies on the same pixels at many depths, as a background does, fits a wedge where a box would be as
     wide as the whole image.  Where a point is not in front of the maker, or without one, it is a box.
     """
-    points = points.astype(np.float64)
-    boxes = box_corners(np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts))
+    columns = points.T.astype(np.float64)
     if maker is None:
-        return boxes
-    D = depths(maker.rows[2], points)
+        return _boxes(columns, starts)
+    x, y, z = maker.rows[:, :3] @ columns
+    D = 1.0 + z
     seen = np.minimum.reduceat(D, starts) > DEPTH_FLOOR
-    flat = np.concatenate(
-        [points @ maker.rows[:2, :3].T / np.where(D > DEPTH_FLOOR, D, 1.0)[:, None], D[:, None]], 1
-    )
-    wedges = box_corners(np.minimum.reduceat(flat, starts), np.maximum.reduceat(flat, starts))
+    per_D = 1.0 / np.where(D > DEPTH_FLOOR, D, 1.0)
+    wedges = _boxes(np.stack([x * per_D, y * per_D, D]), starts)
     D = wedges[..., 2:]
     sides = np.concatenate([wedges[..., :2] * D, D - 1.0], -1)
     corners = sides @ np.linalg.inv(maker.rows[:, :3]).T
-    return np.where(seen[:, None, None], corners, boxes)
+    return corners if seen.all() else np.where(seen[:, None, None], corners, _boxes(columns, starts))
+
+
+def _boxes(columns: DoubleArray, starts: IndexArray) -> DoubleArray:
+    """Corners (c, 8, 3) of boxes around runs of points, given as columns (3, n)."""
+    low, high = (ufunc.reduceat(columns, starts, axis=1).T for ufunc in (np.minimum, np.maximum))
+    return box_corners(low, high)
 
 
 def every(test: BoolArray) -> BoolArray:
