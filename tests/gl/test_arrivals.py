@@ -216,6 +216,22 @@ def test_a_preview_stands_in_for_merged_forms_until_they_come(arrivals):
     assert [s.surfels for s in arrivals.states[1].sets] == [scene[1].surfels, *forms]
 
 
+def test_no_frame_draws_all_of_a_revision_while_its_preview_comes_back(arrivals, page_bytes):
+    scene = one_level(1)
+    scene.commit(0)
+    scene.append(preview_of(scene))  # two pages
+    for _ in range(6):
+        arrivals.sync(scene, page_bytes, NoMerges())
+    scene.replace(in_the_making(scene, 120, 3))
+    scene.commit(1)
+    seen = set()
+    for _ in range(12):  # a page in each: the revision's come first
+        arrivals.sync(scene, page_bytes, NoMerges())
+        shown = arrivals.states[1].sets
+        seen.add((shown[0].surfels is scene[1].surfels, len(shown)))
+    assert seen == {(False, 1), (True, 2)}
+
+
 def test_no_preview_stands_in_where_it_is_no_smaller_or_was_never_seen(arrivals):
     scene = one_level(1)
     scene.commit(0)

@@ -58,8 +58,8 @@ class Arrivals:
         self._pages.upload(budget_bytes)
         self._adopt_news(scene)
         if merges is not None:
-            if self._stage_previews():  # before a frame has to draw the whole revision
-                self._pages.upload(budget_bytes)
+            if self._stage_previews():  # whole, before a frame has to draw all of the revision
+                self._pages.upload(None)
                 self._adopt_news(scene)
             merges.collect(len(scene))
             self._stage_merged(scene, merges)

@@ -1,7 +1,10 @@
 """Merged forms of finished levels, made on a thread of their own while frames go on."""
 
+import contextlib
 import logging
+import os
 import queue
+import sys
 import threading
 
 from wzviewer.core.merging import merged
@@ -9,6 +12,8 @@ from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 
 MERGED_CELLS_PX = (2, 4)  # native pixels along a side of what becomes one surfel
+
+NICE = 19
 
 Forms = tuple[Surfels, ...]
 
@@ -80,8 +85,16 @@ class MergeQueue:
         self._asked = {index: surfels for index, (surfels, _) in self._made.items()}
 
     def _work(self) -> None:
+        _step_back()
         while (level := self._jobs.get()) is not None and not self._closing:
             self._done.put((level, _forms_of(level)))
+
+
+def _step_back() -> None:
+    """Lets frames come first where cores are few; elsewhere than on Linux a thread is not as nice."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
 
 
 def _forms_of(level: Level) -> Forms:
