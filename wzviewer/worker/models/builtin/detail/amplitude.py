@@ -8,7 +8,7 @@ two octaves that are seen.  Sparse edges are not counted: letters and wires call
 import cv2
 import numpy as np
 
-from wzviewer.core.types import FloatArray
+from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.measures import (
     blurred,
@@ -28,6 +28,8 @@ NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
 REGIONAL_SHARE = 0.7
 """Least detail of a place, as a share of what the law gives to its whole region."""
 GLITTER_PX = 5.0
+WET_TONE = 85.0
+"""In grey levels: half of what is this dark may be `glossy`."""
 PROMPTED_FLOOR = 0.05
 """Least contrast, as a share of the luminance, where a prompt names the material."""
 
@@ -128,6 +130,21 @@ def glossy(plane: FloatArray) -> FloatArray:
     share = blurred(weaker * weaker, GLITTER_PX) / (energy + 1)
     dark = 1 - ramp(blurred(plane, GLITTER_PX), 70, 30)
     return ramp(share, 0.03, 0.02) * dark
+
+
+def wet_places(plane: FloatArray, animal: BoolArray) -> BoolArray:
+    """Returns ``(h, w)``: what of an animal is neither hair nor hide, but the wet dark of an eye or a nose.
+
+    Glitter marks the place; what is dark about it belongs to it.
+
+    Args:
+        plane: ``(h, w)`` luma of the observation in grey levels.
+        animal: ``(h, w)`` where it is hair or hide for all that the description knows.
+    """
+    side = 2 * round(1.5 * GLITTER_PX) + 1
+    near = cv2.dilate((glossy(plane) > 0.5).astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    found: BoolArray = near & (blurred(plane, GLITTER_PX) < WET_TONE) & animal
+    return found
 
 
 def sigma_map(

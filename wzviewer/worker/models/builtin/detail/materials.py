@@ -10,7 +10,7 @@
                                ▲                        │
     sand ─► rock ─┐            └──────── lattice ◄──────┘
     plaster ──────┴─► granite ──► facet ────┘▲
-    smooth ──► glaze ↺        sky ↺          (then once more)
+    wet ──► cornea ──► cell     smooth ──► glaze ↺     sky ↺      (then once more)
 
 Eight levels of x8 lead from a leaf to its atoms; who goes on finds grains again.
 """
@@ -74,6 +74,8 @@ MATERIALS: dict[str, Material] = {
     for material in (
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
         _material("glaze", "glazed surface", "glaze", 0.5, 0.004, 0.006, 0),
+        _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
+        _material("cornea", "smooth tissue", "cell", 0.5, 0.004, 0.03, 0),
         _material("sky", "smooth sky", "sky", 0.15, 0.002, 0.002, 0),
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3),

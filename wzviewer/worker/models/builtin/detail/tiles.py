@@ -66,6 +66,15 @@ def cell(n: int, rng: np.random.Generator) -> FloatArray:
     )
 
 
+def cornea(n: int, rng: np.random.Generator) -> FloatArray:
+    """A wet skin of flat cells, paved close: pale thin borders, hardly a tone of their own, no relief."""
+    first, second, index = cellular(n, n // 13, rng)
+    border = np.exp(-np.square((second - first) / 1.5)).astype(np.float32)
+    tone = rng.normal(0, 0.22, index.max() + 1).astype(np.float32)[index]
+    flat = warped(border + tone - 0.02 * first, 1.5, rng)
+    return normalized(periodic_blur(flat, 0.5) + 0.15 * fractal(n, 1.4, rng, lowest=10))
+
+
 def granule(n: int, rng: np.random.Generator) -> FloatArray:
     """The inside of a cell: soft grains of three sizes in a faint mesh."""
     height = 0.4 * ridged(n, 3, n // 60, rng)
@@ -240,6 +249,7 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "venation": venation,
     "cell": cell,
     "granule": granule,
+    "cornea": cornea,
     "granite": granite,
     "rock": rock,
     "sand": sand,
