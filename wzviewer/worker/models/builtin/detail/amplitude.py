@@ -13,6 +13,7 @@ from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.measures import (
     blurred,
     dense_rms,
+    drawn_not_lettered,
     first_band,
     local_rms,
     orientation,
@@ -76,25 +77,6 @@ def texture_evidence(plane: FloatArray) -> FloatArray:
     calm = blurred(cv2.erode(dense, np.ones((7, 7), np.uint8)), 3.0)
     found = np.minimum(dense, np.float32(1.7) * calm + np.float32(0.2)) * drawn_not_lettered(plane)
     return np.sqrt(np.maximum(found * found - np.float32(NOISE_RMS**2), 0))
-
-
-def drawn_not_lettered(plane: FloatArray) -> FloatArray:
-    """Returns ``(h, w)``: 0 where the picture has two tones, 1 where it has tones of all kinds.
-
-    Letters, window rows, railings and flat graphics are two tones and the contours between them.  The measure
-    is the median distance from the nearer tone over the local deviation: 1 in Gaussian texture, 0 in black
-    on white; photographs of text and facades measure 0.5-0.6, fur 0.7, leaves, rock and carpet 0.75-0.9.
-    """
-    window = (9, 9)
-    mean = cv2.blur(plane, window)
-    light = (plane > mean).astype(np.float32)
-    upper = cv2.blur(plane * light, window) / np.maximum(cv2.blur(light, window), 1e-3)
-    lower = cv2.blur(plane * (1 - light), window) / np.maximum(cv2.blur(1 - light, window), 1e-3)
-    distance = np.abs(plane - np.where(light > 0, upper, lower))
-    steps = np.clip(distance * 8 + 0.5, 0, 255).astype(np.uint8)
-    middle = cv2.medianBlur(steps, 9).astype(np.float32) / (8 * 0.45)
-    deviation = np.sqrt(np.maximum(cv2.blur(plane * plane, window) - mean * mean, 0))
-    return ramp(blurred(middle / (deviation + np.float32(0.3)), 3.0), 0.58, 0.2)
 
 
 def _median_rms(band: FloatArray) -> FloatArray:
