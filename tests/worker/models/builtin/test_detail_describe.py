@@ -35,6 +35,22 @@ def named(**changes):
         ({"lightness": 70, "fine": 9, "middle": 9, "wide": 12}, "plaster"),
         ({"green_red": -1, "blue_yellow": 4, "lightness": 27, "fine": 12, "middle": 12, "wide": 12}, "rock"),
         ({"green_red": 40, "blue_yellow": 40, "fine": 0.3}, "smooth"),
+        ({"lightness": 27, "blue_yellow": 8, "fine": 15, "middle": 20, "wide": 19, "tones": 0.34}, "metal"),
+        ({"lightness": 40, "blue_yellow": 19, "fine": 19, "middle": 20, "wide": 20, "tones": 0.54}, "metal"),
+        (
+            {
+                "lightness": 40,
+                "blue_yellow": 19,
+                "fine": 19,
+                "middle": 20,
+                "wide": 20,
+                "centre_y": 0.7,
+                "coherence": 0.45,
+                "tones": 0.76,
+            },
+            "sand",
+        ),
+        ({"lightness": 4, "fine": 2.5, "middle": 6.6, "wide": 11.2, "coherence": 0.77}, "metal"),
         ({"fine": 10, "middle": 11, "wide": 12, "coherence": 0.35}, "rock"),
         ({"green_red": 14, "blue_yellow": 26, "fine": 3, "middle": 5, "wide": 6}, "fur"),
         ({"green_red": 10, "blue_yellow": 25, "fine": 4, "middle": 5, "wide": 6, "coherence": 0.7}, "fibre"),
@@ -103,7 +119,7 @@ def test_inherited_materials_are_what_the_parents_were_made_of():
     labels = np.zeros((16, 24), np.uint8)
     labels[:, 12:] = 1
     context = inherited(image, parent, labels, ("foliage", "sky"))
-    assert context.materials == ("venation", "sky")
+    assert context.materials == ("venation", "air")
     assert context.level == 1
 
 
@@ -140,6 +156,36 @@ def test_a_wall_with_windows_is_built_and_rubble_is_not():
     assert named(**stony, built=0.26) == "rock"
 
 
+def railing():
+    """Scrolls of iron before a wall: thick dark strokes with a light along them."""
+    rng = np.random.default_rng(8)
+    large = np.full((480, 720), 0.5, np.float32)
+    for _ in range(150):
+        x, y, size, start = rng.uniform((0, 0, 20, 0), (720, 480, 55, 360))
+        for tone, width in ((0.12, 13), (0.2, 3)):
+            cv2.ellipse(large, (int(x), int(y)), (int(size), int(size)), start, 0, 270, tone, width)
+    small = cv2.resize(large, (360, 240), interpolation=cv2.INTER_AREA)
+    small += rng.normal(0, 0.004, small.shape).astype(np.float32)
+    return np.repeat(small[..., None], 3, 2)
+
+
+def rubble():
+    """The same energy in tones of all kinds."""
+    rng = np.random.default_rng(8)
+    plane = cv2.GaussianBlur(rng.normal(0, 1, (240, 360)).astype(np.float32), (0, 0), 0.8)
+    return np.repeat(np.clip(0.35 + 0.09 * plane / plane.std(), 0, 1)[..., None], 3, 2).astype(np.float32)
+
+
+def test_wrought_iron_is_no_stone_and_stone_is():
+    iron, stone = (described(image) for image in (railing(), rubble()))
+    assert not {"rock", "sand"} & set(np.array(iron.materials)[iron.labels[::4, ::4]].ravel())
+    assert (np.array(stone.materials)[stone.labels] == "rock").mean() > 0.9  # measured 1.0
+    tones = [
+        np.average([r.tones for r in c.regions], weights=[r.share for r in c.regions]) for c in (iron, stone)
+    ]
+    assert tones[0] < 0.5 < 0.7 < tones[1]  # measured 0.03 and 1.0
+
+
 def lakeside(calm=True, at_row=150):
     """Sky, a meadow, and something blue in it."""
     rng = np.random.default_rng(6)
@@ -165,7 +211,7 @@ def test_a_lake_is_water_and_the_sky_is_not():
 
 
 def test_five_levels_in_a_row_are_five_materials():
-    for start in ("foliage", "fur", "weave", "plaster", "rock", "ripple", "skin"):
+    for start in ("foliage", "fur", "weave", "plaster", "rock", "ripple", "skin", "sky", "metal", "wet"):
         chain = [start]
         for _ in range(4):
             chain.append(closer((chain[-1],))[0])

@@ -8,11 +8,12 @@ two octaves that are seen.  Sparse edges are not counted: letters and wires call
 import cv2
 import numpy as np
 
-from wzviewer.core.types import FloatArray
+from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.measures import (
     blurred,
     dense_rms,
+    drawn_not_lettered,
     first_band,
     local_rms,
     orientation,
@@ -28,6 +29,8 @@ NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
 REGIONAL_SHARE = 0.7
 """Least detail of a place, as a share of what the law gives to its whole region."""
 GLITTER_PX = 5.0
+WET_TONE = 85.0
+"""In grey levels: half of what is this dark may be `glossy`."""
 PROMPTED_FLOOR = 0.05
 """Least contrast, as a share of the luminance, where a prompt names the material."""
 
@@ -76,25 +79,6 @@ def texture_evidence(plane: FloatArray) -> FloatArray:
     return np.sqrt(np.maximum(found * found - np.float32(NOISE_RMS**2), 0))
 
 
-def drawn_not_lettered(plane: FloatArray) -> FloatArray:
-    """Returns ``(h, w)``: 0 where the picture has two tones, 1 where it has tones of all kinds.
-
-    Letters, window rows, railings and flat graphics are two tones and the contours between them.  The measure
-    is the median distance from the nearer tone over the local deviation: 1 in Gaussian texture, 0 in black
-    on white; photographs of text and facades measure 0.5-0.6, fur 0.7, leaves, rock and carpet 0.75-0.9.
-    """
-    window = (9, 9)
-    mean = cv2.blur(plane, window)
-    light = (plane > mean).astype(np.float32)
-    upper = cv2.blur(plane * light, window) / np.maximum(cv2.blur(light, window), 1e-3)
-    lower = cv2.blur(plane * (1 - light), window) / np.maximum(cv2.blur(1 - light, window), 1e-3)
-    distance = np.abs(plane - np.where(light > 0, upper, lower))
-    steps = np.clip(distance * 8 + 0.5, 0, 255).astype(np.uint8)
-    middle = cv2.medianBlur(steps, 9).astype(np.float32) / (8 * 0.45)
-    deviation = np.sqrt(np.maximum(cv2.blur(plane * plane, window) - mean * mean, 0))
-    return ramp(blurred(middle / (deviation + np.float32(0.3)), 3.0), 0.58, 0.2)
-
-
 def _median_rms(band: FloatArray) -> FloatArray:
     """The RMS that a Gaussian variable of the same median size has, over 9 px."""
     steps = np.clip(np.abs(band) * 12 + 0.5, 0, 255).astype(np.uint8)
@@ -128,6 +112,21 @@ def glossy(plane: FloatArray) -> FloatArray:
     share = blurred(weaker * weaker, GLITTER_PX) / (energy + 1)
     dark = 1 - ramp(blurred(plane, GLITTER_PX), 70, 30)
     return ramp(share, 0.03, 0.02) * dark
+
+
+def wet_places(plane: FloatArray, animal: BoolArray) -> BoolArray:
+    """Returns ``(h, w)``: what of an animal is neither hair nor hide, but the wet dark of an eye or a nose.
+
+    Glitter marks the place; what is dark about it belongs to it.
+
+    Args:
+        plane: ``(h, w)`` luma of the observation in grey levels.
+        animal: ``(h, w)`` where it is hair or hide for all that the description knows.
+    """
+    side = 2 * round(1.5 * GLITTER_PX) + 1
+    near = cv2.dilate((glossy(plane) > 0.5).astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    found: BoolArray = near & (blurred(plane, GLITTER_PX) < WET_TONE) & animal
+    return found
 
 
 def sigma_map(

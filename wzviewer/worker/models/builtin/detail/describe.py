@@ -19,6 +19,9 @@ BUILT_SHARE = 0.35
 OBJECTS_SPREAD = 2.5
 """Above this ratio of the octaves it is objects that make the contrast, no texture: glass, metal, spokes."""
 
+TEXTURE_TONES = 0.6
+"""Below this share of tones between its light and its dark it is openwork, letters: no broken stone."""
+
 
 @dataclass(frozen=True)
 class Context:
@@ -84,7 +87,7 @@ def classified(regions: tuple[Region, ...]) -> tuple[str, ...]:
             names[index] = "sky"  # its lower end
         if skies and names[index] in ("plaster", "rock") and _cloudy(region):
             names[index] = "sky"  # clouds that do not reach the top
-        if fur > 0.06 and names[index] in ("plaster", "rock"):  # an animal: its white and its black
+        if fur > 0.06 and names[index] in ("plaster", "rock", "metal"):  # an animal: its white and its black
             names[index] = "fur" if 3 < region.fine + region.middle < 12 else "skin"
         if names[index] == "plaster" and "foliage" in names and _dark_green(region):
             names[index] = "foliage"  # a wood's shade
@@ -164,7 +167,11 @@ def _rough_material(region: Region, chroma: float, hue: float) -> str:
 def _grey_material(region: Region, rough: float, spread: float) -> str:
     if region.lightness < 30 and region.green_red < -2.5:
         return "foliage" if rough > 4 else "plaster"
+    if region.lightness < 30 and spread > OBJECTS_SPREAD:
+        return _openwork(region)
     stony = rough > 10 and region.lightness < 66 and region.built < BUILT_SHARE  # else a building
+    if stony and region.tones < TEXTURE_TONES:
+        return _openwork(region)
     return "rock" if stony and spread < OBJECTS_SPREAD else "plaster"
 
 
@@ -175,9 +182,16 @@ def _brown_material(region: Region, chroma: float, rough: float, spread: float) 
         return "fibre" if chroma > 17 and spread < 2.3 else "plaster"
     if spread > OBJECTS_SPREAD or (rough > 12 and region.built > BUILT_SHARE):
         return "plaster"
+    if rough > 12 and region.tones < TEXTURE_TONES:
+        return _openwork(region)
     if rough > 17:
         return "sand" if region.coherence < 0.5 and region.centre_y > 0.45 else "rock"
     return "rock" if rough > 12 else "fur"
+
+
+def _openwork(region: Region) -> str:
+    """A railing, a grille, spokes, a frame: dark, they are metal."""
+    return "metal" if region.lightness < 50 else "plaster"
 
 
 def words_for(regions: tuple[Region, ...], names: tuple[str, ...]) -> str:

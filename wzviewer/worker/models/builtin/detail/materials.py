@@ -10,7 +10,8 @@
                                ▲                        │
     sand ─► rock ─┐            └──────── lattice ◄──────┘
     plaster ──────┴─► granite ──► facet ────┘▲
-    smooth ──► glaze ↺        sky ↺          (then once more)
+    wet ──► cornea ──► cell     smooth, metal ──► glaze ──► polish ──► alloy ──► lattice
+    sky ──► air ──► haze ──► droplet ──► frost ──► lattice     brushed ──► alloy
 
 Eight levels of x8 lead from a leaf to its atoms; who goes on finds grains again.
 """
@@ -73,8 +74,17 @@ MATERIALS: dict[str, Material] = {
     material.name: material
     for material in (
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
-        _material("glaze", "glazed surface", "glaze", 0.5, 0.004, 0.006, 0),
-        _material("sky", "smooth sky", "sky", 0.15, 0.002, 0.002, 0),
+        _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.006, 0),
+        _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.014, 0),
+        _material("metal", "metal", "glaze", 0.35, 0.004, 0.004, 0),
+        _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.045, 0.1),
+        _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
+        _material("cornea", "smooth tissue", "cell", 0.5, 0.004, 0.03, 0),
+        _material("sky", "smooth sky", "air", 0.15, 0.002, 0.002, 0),
+        _material("air", "air", "haze", 0.15, 0.002, 0.003, 0),
+        _material("haze", "haze", "droplet", 0.5, 0.004, 0.014, 0),
+        _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.028, 0),
+        _material("frost", "crystals of ice", "lattice", 0.7, 0.012, 0.035, 0.1),
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3),
         _material("cell", "cells", "granule", 0.75, 0.012, 0.07, 0.3),
@@ -83,7 +93,7 @@ MATERIALS: dict[str, Material] = {
         _material("fur", "fur", "fibre", 0.9, 0.014, 0.05, 0.6),
         _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
         _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
-        _material("brushed", "brushed metal", "brushed", 0.6, 0.008, 0.018, 0.12),
+        _material("brushed", "brushed metal", "alloy", 0.6, 0.008, 0.018, 0.12),
         _material("rock", "rock", "granite", 1.2, 0.016, 0.07, 1.2),
         _material("granite", "crystals", "facet", 1.0, 0.014, 0.07, 0.84),
         _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),

@@ -70,6 +70,25 @@ def dense_rms(plane: FloatArray, sigma: float) -> FloatArray:
     return np.minimum(half_norm * half_norm / np.float32(0.676), local_rms(plane, sigma))
 
 
+def drawn_not_lettered(plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)``: 0 where the picture has two tones, 1 where it has tones of all kinds.
+
+    Letters, window rows, railings and flat graphics are two tones and the contours between them.  The measure
+    is the median distance from the nearer tone over the local deviation: 1 in Gaussian texture, 0 in black
+    on white; photographs of text and facades measure 0.5-0.6, fur 0.7, leaves, rock and carpet 0.75-0.9.
+    """
+    window = (9, 9)
+    mean = cv2.blur(plane, window)
+    light = (plane > mean).astype(np.float32)
+    upper = cv2.blur(plane * light, window) / np.maximum(cv2.blur(light, window), 1e-3)
+    lower = cv2.blur(plane * (1 - light), window) / np.maximum(cv2.blur(1 - light, window), 1e-3)
+    distance = np.abs(plane - np.where(light > 0, upper, lower))
+    steps = np.clip(distance * 8 + 0.5, 0, 255).astype(np.uint8)
+    middle = cv2.medianBlur(steps, 9).astype(np.float32) / (8 * 0.45)
+    deviation = np.sqrt(np.maximum(cv2.blur(plane * plane, window) - mean * mean, 0))
+    return ramp(blurred(middle / (deviation + np.float32(0.3)), 3.0), 0.58, 0.2)
+
+
 def first_band(plane: FloatArray) -> FloatArray:
     """Returns the finest octave, ``Y - G(1) Y``."""
     return plane - blurred(plane, 1.0)

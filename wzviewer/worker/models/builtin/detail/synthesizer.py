@@ -15,6 +15,7 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     glossy,
     regional_sigma,
     sigma_map,
+    wet_places,
 )
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
@@ -28,13 +29,13 @@ from wzviewer.worker.models.builtin.detail.library import TileLibrary
 from wzviewer.worker.models.builtin.detail.materials import material_of_words, per_label
 from wzviewer.worker.models.builtin.detail.measures import (
     area_down,
-    blurred,
     enlarged,
     luma,
     orientation,
     ramp,
     stretched,
 )
+from wzviewer.worker.models.builtin.detail.overlay import film_grain, grain_rms, roughened, with_detail
 from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture
 
 Fractions = tuple[float, float, float, float]
@@ -43,11 +44,10 @@ Fractions = tuple[float, float, float, float]
 HUES = np.array([[0.3, -0.08, -0.25], [-0.22, 0.2, -0.45], [0.35, -0.2, 0.11]], np.float32)
 """Directions in RGB in which material varies beside its luminance, level by level: warm to cool, green to
 violet, pink to green; there is hardly any luma in them."""
+WET = "wet"
+"""The material of an eye or a nose, of which only its gloss tells."""
 TINT_REACH = 12.0  # in CIELAB; the leaves of one tree differ by less
 DEEP_HUE_GAIN = 1.6  # of what is invented wholly: a photograph's own colours would show the difference
-LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
-"""In grey levels, at level 1 only; photographs at 2K measure 0.4 to 2.0 in their skies, about twice of what
-is left of it at the working size (0.26 to 0.83)."""
 
 
 @dataclass(frozen=True)
@@ -206,11 +206,13 @@ class DetailSynthesizer:
             raise ValueError(
                 f"the result, {width}x{height}, is smaller than the observation, {columns}x{rows}"
             )
+        grey = np.ascontiguousarray(np.clip(np.nan_to_num(observation), 0, 1), np.float32) * np.float32(255)
         labels = cropped_labels(context, region, columns, rows)
         names, prompted = context.materials, material_of_words(material) if material else None
         if prompted is not None:
             labels, names = np.zeros_like(labels), (prompted.name,)
-        grey = np.ascontiguousarray(np.clip(np.nan_to_num(observation), 0, 1), np.float32) * np.float32(255)
+        elif level <= 1:
+            labels, names = without_strands_on_gloss(grey, labels, names)
         place = [round(1e6 * value) & 0xFFFFFFFF for value in region]
         seeds = (self._seed & 0xFFFFFFFF, seed & 0xFFFFFFFF, level & 0xFFFFFFFF, *place)
         return _Job(
@@ -222,19 +224,13 @@ class DetailSynthesizer:
             names=names,
             level=level,
             prompted=prompted is not None,
-            regional_sigma=self._regional(context, names, level),
+            regional_sigma=_regional(context, names, level),
             tints=_tints(context, names),
             grain_rms=grain_rms(context) if level <= 1 else 0.0,
             seeds=seeds,
             stride=1,
             check=check or (lambda: None),
         )
-
-    @staticmethod
-    def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
-        if level > 1 or names != context.materials:
-            return np.zeros(len(names), np.float32)
-        return regional_sigma(context.regions, names)
 
     def _made(self, job: _Job) -> tuple[FloatArray, FloatArray, ByteArray]:
         """Returns image and relief in grey levels, and labels, at the job's size but not yet projected."""
@@ -270,7 +266,8 @@ class DetailSynthesizer:
         sigma = sigma_map(plane, gain, floor, ceiling, regional, truthful)
         if truthful:  # no strands over an eye or a nose
             strands = np.array([name in GRAINS for name in job.names], np.float32)
-            sigma *= 1 - area_down(_spread(place, strands), width, height) * glossy(plane)
+            if strands[list(place.shares)].any():
+                sigma *= 1 - area_down(_spread(place, strands), width, height) * glossy(plane)
             sigma *= self._belonging(job, place)
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
@@ -282,6 +279,8 @@ class DetailSynthesizer:
         """
         height, width = job.observation.shape[:2]
         grew = np.array([name in NATURAL for name in job.names], np.float32)
+        if not grew[list(place.shares)].any():
+            return np.ones((height, width), np.float32)
         share = area_down(_spread(place, grew), width, height)
         lab = cv2.cvtColor(job.observation * np.float32(1 / 255), cv2.COLOR_RGB2LAB)
         mean = [area_down(_spread(place, table), width, height) for table in job.tints.T]
@@ -298,10 +297,42 @@ def _promised(db: float, job: _Job) -> float:
     return db
 
 
+def without_strands_on_gloss(
+    grey: FloatArray, labels: ByteArray, names: tuple[str, ...]
+) -> tuple[ByteArray, tuple[str, ...]]:
+    """Returns labels and names in which an eye amid fur is `WET`: deeper levels inherit it and grow no hair.
+
+    Args:
+        grey: ``(h, w, 3)`` the observation in grey levels.
+        labels: ``(h, w)`` u8, index into `names`.
+        names: material per label.
+    """
+    strands = np.array([name in GRAINS for name in names])[labels]
+    if not strands.any():
+        return labels, names
+    bare = np.array([name == "skin" for name in names])[labels]
+    wet = wet_places(luma(grey), strands | bare)
+    if not wet.any():
+        return labels, names
+    return np.where(wet, len(names), labels).astype(np.uint8), (*names, WET)
+
+
+def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
+    table = np.zeros(len(names), np.float32)
+    if level <= 1 and _of_context(names, context):
+        table[: len(context.regions)] = regional_sigma(context.regions, context.materials)
+    return table
+
+
 def _tints(context: Context, names: tuple[str, ...]) -> FloatArray:
-    if names != context.materials:
-        return np.zeros((len(names), 2), np.float32)
-    return np.array([(r.green_red, r.blue_yellow) for r in context.regions], np.float32)
+    table = np.zeros((len(names), 2), np.float32)
+    if _of_context(names, context):
+        table[: len(context.regions)] = [(r.green_red, r.blue_yellow) for r in context.regions]
+    return table
+
+
+def _of_context(names: tuple[str, ...], context: Context) -> bool:
+    return names[: len(context.materials)] == context.materials
 
 
 def doublings_for(factor: float) -> int:
@@ -312,63 +343,6 @@ def doublings_for(factor: float) -> int:
         [1, 1, 2, 3, 3, 4, 4]
     """
     return max(1, math.ceil(math.log2(max(factor, 1.0) / 1.2)))
-
-
-def with_detail(
-    base: FloatArray, detail: FloatArray, observation: FloatArray, hue_per_level: FloatArray
-) -> FloatArray:
-    """Returns base plus detail, in grey levels: half as light, half as paint, a little as hue.
-
-    The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
-    detail is taken out of it again.
-
-    Args:
-        base: ``(H, W, 3)`` in grey levels.
-        detail: ``(H, W)`` in grey levels.
-        observation: ``(h, w, 3)`` in grey levels.
-        hue_per_level: ``(3,)`` of the light that a grey level of detail shifts the colour by.
-    """
-    unseen = _unseen(detail, observation)
-    hue = _unseen(np.roll(blurred(detail, 1.2), (113, 71), (0, 1)), observation)
-    light = 0.5 * unseen / np.maximum(luma(base), 24)
-    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * hue_per_level
-
-
-def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
-    height, width = observation.shape[:2]
-    return detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
-
-
-def grain_rms(context: Context) -> float:
-    """Returns the noise of the photograph in grey levels, from its calmest region; the new one has it too."""
-    calmest = min((region.calm for region in context.regions if region.share > 0.03), default=0.0)
-    return min(max(GRAIN_GAIN * calmest, LEAST_GRAIN_RMS), MOST_GRAIN_RMS)
-
-
-def film_grain(shape: tuple[int, ...], rms: float, seeds: tuple[int, ...]) -> FloatArray:
-    """Returns ``(H, W)`` of that RMS: a camera's noise, or a sky would look like plastic."""
-    rng = np.random.default_rng([*seeds, 7])
-    grain = blurred(rng.standard_normal(shape, np.float32), 0.5)
-    return grain * np.float32(rms / (grain.std() + 1e-6))
-
-
-def roughened(base: FloatArray, texture: FloatArray, roughness_px: FloatArray) -> FloatArray:
-    """Returns the base with its contours displaced by the texture, so that a leafy outline is leafy.
-
-    Args:
-        base: ``(H, W, 3)`` grey levels.
-        texture: ``(H, W)`` of unit RMS.
-        roughness_px: ``(H, W)`` RMS displacement.
-    """
-    if roughness_px.max() < 0.1:
-        return base
-    height, width = texture.shape
-    bumps = blurred(texture, 2.2) + 0.4 * blurred(texture, 1.1)
-    bumps /= bumps.std() + np.float32(1e-6)
-    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
-    map_x = x + roughness_px * np.roll(bumps, (37, 61), (0, 1))
-    map_y = y + roughness_px * np.roll(bumps, (-53, 29), (0, 1))
-    return cv2.remap(base, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
 
 
 def _roughness(job: _Job, place: Layout) -> FloatArray:

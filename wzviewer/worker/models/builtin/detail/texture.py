@@ -12,11 +12,11 @@ from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TI
 from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma, stretched
 
 LIMIT = 3.0  # deviations: one black speck must not outshine a whole texture
-SMOOTH = frozenset({"smooth", "sky", "glaze"})
+SMOOTH = frozenset({"smooth", "sky", "air", "glaze", "metal", "wet"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
 TURNABLE = frozenset(
-    {"foliage", "cell", "granite", "weave"}
+    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze"}
 )  # unlit tiles: a quarter turn does not move the light
 
 

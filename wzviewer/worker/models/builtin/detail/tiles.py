@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import FloatArray
+from wzviewer.worker.models.builtin.detail.measures import area_down
 from wzviewer.worker.models.builtin.detail.noise import (
     banded,
     cellular,
@@ -64,6 +65,15 @@ def cell(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(
         height + warped(tone, 2.0, rng) + 0.5 * shaded(2 * height) + 0.1 * fractal(n, 1.2, rng, lowest=12)
     )
+
+
+def cornea(n: int, rng: np.random.Generator) -> FloatArray:
+    """A wet skin of flat cells, paved close: pale thin borders, hardly a tone of their own, no relief."""
+    first, second, index = cellular(n, n // 13, rng)
+    border = np.exp(-np.square((second - first) / 1.5)).astype(np.float32)
+    tone = rng.normal(0, 0.22, index.max() + 1).astype(np.float32)[index]
+    flat = warped(border + tone - 0.02 * first, 1.5, rng)
+    return normalized(periodic_blur(flat, 0.5) + 0.15 * fractal(n, 1.4, rng, lowest=10))
 
 
 def granule(n: int, rng: np.random.Generator) -> FloatArray:
@@ -235,11 +245,77 @@ def plankton(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(warped(total, 1.5, rng))
 
 
+def polish(n: int, rng: np.random.Generator) -> FloatArray:
+    """A polished surface: hairlines in all directions over a faint unevenness."""
+    lines = np.zeros((2 * n, 2 * n), np.float32)
+    for _ in range(n * n // 400):
+        x, y, angle, length = rng.uniform((0, 0, 0, 30), (n, n, math.pi, 110))
+        reach = (length * math.cos(angle), length * math.sin(angle))
+        _drawn_wrapped(lines, [(x, y), (x + reach[0], y + reach[1])], rng.normal(0, 1), 1)
+    hairs = normalized(warped(area_down(lines, n, n), 3.0, rng))
+    return normalized(hairs + 0.8 * fractal(n, 1.2, rng, lowest=20))
+
+
+def alloy(n: int, rng: np.random.Generator) -> FloatArray:
+    """Metal or glaze, etched: straight-sided grains, each with its own tone, and fine dark borders."""
+    first, second, index = cellular(n, n // 18, rng)
+    tone = rng.normal(0, 0.8, index.max() + 1).astype(np.float32)[index]
+    border = np.exp(-np.square((second - first) / 1.1)).astype(np.float32)
+    return normalized(periodic_blur(tone - 1.4 * border, 0.6) + 0.1 * fractal(n, 0.9, rng, lowest=30))
+
+
+def haze(n: int, rng: np.random.Generator) -> FloatArray:
+    """Wisps of cloud, soft and bent."""
+    return normalized(warped(fractal(n, 1.7, rng, lowest=20), 2.5, rng))
+
+
+def droplet(n: int, rng: np.random.Generator) -> FloatArray:
+    """Mist: little balls of water, each with a light above, a glow below and a thin dark rim."""
+    total = 0.2 * fractal(n, 1.4, rng, lowest=8)
+    for cells, radius in ((n // 34, 8.0), (n // 20, 4.6), (n // 12, 2.6)):
+        first, _, index = cellular(n, cells, rng)
+        own = rng.random(index.max() + 1).astype(np.float32)
+        size = (radius * (0.55 + 0.6 * own))[index]
+        inside = np.clip(1 - np.square(first / size), 0, 1)
+        rim = np.exp(-np.square((first - size) / 0.9))
+        total += (own < 0.45)[index] * (0.9 * shaded(3.0 * inside) + 1.3 * np.sqrt(inside) - 0.5 * rim)
+    return normalized(periodic_blur(total.astype(np.float32), 0.5))
+
+
+def frost(n: int, rng: np.random.Generator) -> FloatArray:
+    """Ice in the air: six-sided plates over each other, with bright rims and a star within."""
+    canvas = np.zeros((2 * n, 2 * n), np.float32)
+    for _ in range(n * n // 420):
+        x, y, radius, turn = rng.uniform((0, 0, 4, 0), (n, n, 13, math.pi / 3))
+        tone = rng.normal(0, 0.5)
+        spokes = [turn + k * math.pi / 3 for k in range(6)]
+        corners = [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in spokes]
+        _drawn_wrapped(canvas, corners, tone, 0)
+        _drawn_wrapped(canvas, [*corners, corners[0]], tone + 1.2, 2)
+        for corner in corners[:3]:
+            _drawn_wrapped(canvas, [corner, (2 * x - corner[0], 2 * y - corner[1])], tone + 0.4, 2)
+    return normalized(periodic_blur(area_down(canvas, n, n), 0.5))
+
+
+def _drawn_wrapped(canvas: FloatArray, points: list[tuple[float, float]], tone: float, width: int) -> None:
+    """Draws a line, or with width 0 a filled polygon, on the torus, which is drawn at twice its size."""
+    n, path = len(canvas), 2 * np.array(points)
+    low, high = np.floor(path.min(0) / n).astype(int), np.floor((path.max(0) + 1) / n).astype(int)
+    for row in range(low[1], high[1] + 1):
+        for column in range(low[0], high[0] + 1):
+            moved = np.round((path - (n * column, n * row)) * 16).astype(np.int32)
+            if width:
+                cv2.polylines(canvas, [moved], False, tone, width, shift=4)
+            else:
+                cv2.fillPoly(canvas, [moved], tone, shift=4)
+
+
 TILE_MAKERS: dict[str, TileMaker] = {
     "foliage": foliage,
     "venation": venation,
     "cell": cell,
     "granule": granule,
+    "cornea": cornea,
     "granite": granite,
     "rock": rock,
     "sand": sand,
@@ -254,4 +330,9 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "lattice": lattice,
     "facet": facet,
     "plankton": plankton,
+    "polish": polish,
+    "alloy": alloy,
+    "haze": haze,
+    "droplet": droplet,
+    "frost": frost,
 }
