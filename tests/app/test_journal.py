@@ -14,6 +14,8 @@ from wzviewer.app.apply import apply, tick
 from wzviewer.app.journal import JournalFolder
 from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.state import empty_state
+from wzviewer.app.timeline import FIELD
+from wzviewer.core.files import load_scene
 
 ROOT = Path(__file__).parents[2]
 
@@ -122,6 +124,26 @@ def test_later_leaves_it_for_the_next_start(tmp_path, journal):
     state = apply(services, ask_to_recover(services, empty_state(640, 420)), [cmd.Escape()])
     assert state.panels.dialog == ""
     assert journal.leftover() is not None
+
+
+def test_keys_of_the_timeline_come_back_after_a_crash(tmp_path, journal):
+    crash = JournalFolder(tmp_path, "crashed")
+    services = replace(fake_services(), journal=crash)
+    state = replace(state_with(make_scene(2)), saved=(0, {}))
+    state = apply(services, state, [cmd.AddKey()])
+    tick(services, state, False)
+    state = replace(state, view=replace(state.view, camera=state.view.camera.zoomed(300.0, 200.0, 4.0)))
+    state = apply(services, state, [cmd.AddKey()])
+    tick(services, state, False)  # the second key is the only change
+    crash.wait()
+    crash._lock.close()
+    services = replace(fake_services(), journal=journal)
+    again = apply(services, ask_to_recover(services, empty_state(640, 420)), [cmd.SettleRecovery("recover")])
+    focals = [[key.camera.focal_px for key in s.timeline.path.keys] for s in (again, state)]
+    assert len(focals[0]) == 2
+    assert focals[0] == pytest.approx(focals[1])
+    again = apply(services, again, [cmd.SaveTo(tmp_path / "again.wz")])
+    assert FIELD in load_scene(tmp_path / "again.wz").unknown_fields
 
 
 KILLED = """

@@ -1,5 +1,6 @@
 """Panels without a window: state in, commands out."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,8 +15,10 @@ from wzviewer.app.keys import BINDINGS, keymap_of, label_of
 from wzviewer.app.layout import arrange
 from wzviewer.app.naming import name_in
 from wzviewer.app.panels.branches import tree_rows
+from wzviewer.app.panels.dialogs import unsaved_text
 from wzviewer.app.panels.help import COLUMNS, rows_of
 from wzviewer.app.panels.prompt import LONG_STEP_S, so_far
+from wzviewer.app.panels.wording import STAGES, stage_text
 from wzviewer.app.prompting import with_phrase, with_prompt, with_vocabulary
 from wzviewer.app.region import Region
 from wzviewer.app.settings import Settings
@@ -113,9 +116,10 @@ def test_typing_edits_the_prompt_and_enter_generates(screen):
 def test_slash_puts_the_cursor_into_the_prompt(screen):
     state = state_with(make_scene(1))
     assert screen.press(state, imgui.Key.slash) == [cmd.FocusPrompt()]
-    wanting = replace(state, panels=replace(state.panels, wants_prompt_focus=True))
-    assert screen.frame(wanting) == [cmd.FocusPrompt(False)]
-    screen.frame(state)
+    wanting = replace(state, panels=replace(state.panels, prompt_focus=2))
+    assert screen.frame(wanting) == [cmd.FocusPrompt(1)]
+    coming = replace(state, panels=replace(state.panels, prompt_focus=1))
+    assert screen.frame(coming) == [cmd.FocusPrompt(0)]
     screen.io.add_input_characters_utf8("x")
     assert cmd.EditPrompt("x") in screen.frame(state) + screen.frame(state)
 
@@ -243,10 +247,9 @@ def test_a_click_takes_an_offer_and_typing_goes_on_behind_it(screen):
     (take,) = screen.click(state, rect.x + 210, rect.y - 8 - 20)
     assert take in [cmd.TakeOffer(offer.prompt) for offer in state.offers]
     state = apply(fake_services(), state, [take])
-    assert cmd.FocusPrompt(False) in screen.frame(state)
-    state = replace(state, panels=replace(state.panels, wants_prompt_focus=False))
-    for _ in range(2):
-        screen.frame(state)
+    for left in (1, 0):
+        assert cmd.FocusPrompt(left) in screen.frame(state)
+        state = replace(state, panels=replace(state.panels, prompt_focus=left))
     screen.io.add_input_characters_utf8("s")
     assert screen.frame(state) == [cmd.EditPrompt(take.prompt + "s")]
 
@@ -431,3 +434,24 @@ def test_materials_go_into_the_line_and_out_again(screen):
     assert with_phrase(gold, "made of ice") == "a ladybug made of ice, covered in moss"
     assert with_phrase(gold, "made of gold") == "a ladybug, covered in moss"
     assert with_phrase(gold, "covered in moss") == "a ladybug made of gold"
+
+
+def test_closing_counts_the_levels_that_are_seen_and_in_no_file():
+    state = replace(state_with(make_scene(1)), saved=(0, {}))
+    assert unsaved_text(state).startswith("The scene has not")
+    state = replace(state_with(make_scene(4)), saved=(0, {}))
+    assert unsaved_text(state).startswith("3 levels have not")
+    state.scene.hide(2)  # an older variant
+    state.scene.set_mark(3, Mark("removed"))
+    assert unsaved_text(state).startswith("1 level has not")
+    assert unsaved_text(replace(state, saved=(2, {}))).startswith("Your last changes have not")
+    state.scene.show(3)
+    assert unsaved_text(replace(state, saved=(2, {}))).startswith("1 level has not")
+
+
+def test_stages_are_told_in_plain_words():
+    source = (Path(__file__).parents[2] / "wzviewer" / "worker" / "synthesis.py").read_text("utf-8")
+    names = set(re.findall(r'clock\.stage\(\d, "([a-z ]+)"\)', source))
+    assert names == set(STAGES)
+    assert "3D" in stage_text("initial scene")
+    assert stage_text("of another worker") == "of another worker"

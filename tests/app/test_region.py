@@ -40,7 +40,7 @@ def test_a_drag_draws_a_frame_in_the_views_aspect(services, state):
     state = drawn(services, state)
     assert state.view.camera is before  # the picture stood still
     assert not state.region.is_drawing
-    assert state.panels.wants_prompt_focus
+    assert state.panels.prompt_focus
     corners = [before.project(state.region.camera.unproject(*at, 1.0))[:2] for at in ((0, 0), (640, 420))]
     assert np.allclose(corners, [(400.0, 100.0), (480.0, 152.5)], atol=1e-6)
 

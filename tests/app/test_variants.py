@@ -51,6 +51,29 @@ def test_another_is_a_sibling_with_another_seed_and_takes_its_place(services):
     assert [e.kind for e in state.history.entries] == ["make", "vary", "vary"]
 
 
+def test_the_older_is_seen_alone_until_the_new_preview_stands_and_then_the_new_one(services):
+    state = with_variants(services, 2)
+    state = apply(services, state, [cmd.Another()])
+    sights = []
+    while state.job is not None:
+        state = drain(services, replace(state, now_s=state.now_s + 1 / 30), 0.0)
+        sights.append(tuple(i for i in state.scene.visible() if i > 0))
+    # Begins, coarse, surfels, better preview, optimisation, finished: never two at once.
+    assert sights == [(2,), (2,), (2,), (3,), (3,), (3,)]
+    assert [e.kind for e in state.history.entries] == ["make", "vary", "vary"]
+    assert shown(apply(services, state, [cmd.Undo()])) == [2]
+
+
+def test_a_variant_that_is_cancelled_gives_its_place_back(services, tmp_path):
+    state = apply(services, with_variants(services, 2), [cmd.Another()])
+    while state.job is not None and state.job.instead_of is None:
+        state = drain(services, state, 0.0)
+    saved = apply(services, state, [cmd.SaveTo(tmp_path / "midway.wz")])
+    assert load_scene(tmp_path / "midway.wz").visible() == [0, 2]
+    state = settle(services, apply(services, saved, [cmd.CancelJob()]))
+    assert state.scene.visible() == [0, 2]
+
+
 def test_undo_of_another_brings_the_one_before_back(services):
     state = apply(services, with_variants(services, 3), [cmd.Undo()])
     assert shown(state) == [2]

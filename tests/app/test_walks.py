@@ -241,3 +241,24 @@ def test_a_small_window_has_room_for_all(walk, photo):
     assert walk.state.view.camera.width == 720
     walk.drag(CENTRE, (420.0, 280.0))
     walk.shoot()
+
+
+@pytest.mark.parametrize("at_frame", [0, 1, 2, 3, 4])
+def test_what_is_typed_right_after_the_slash_is_a_prompt_and_flies_nowhere(walk, photo, at_frame):
+    near(walk, photo)
+    camera = walk.state.view.camera
+    walk.io.add_key_event(K.slash, True)
+    walk.io.add_input_characters_utf8("/")
+    for _ in range(at_frame):  # between the slash and the words
+        walk.app.run(None, 1)
+    for letter, key in (("w", K.w), ("a", K.a), ("x", K.x), ("g", K.g)):  # they fly, switch and generate
+        walk.io.add_key_event(key, True)
+        walk.io.add_input_characters_utf8(letter)
+    walk.app.run(None, 1)
+    for key in (K.w, K.a, K.x, K.g, K.slash):
+        walk.io.add_key_event(key, False)
+    walk.wait(4)
+    assert walk.state.prompt == "waxg"
+    assert walk.state.view.camera is camera
+    assert walk.state.job is None
+    assert not walk.state.settings.auto_detail

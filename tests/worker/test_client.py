@@ -3,6 +3,7 @@
 import sys
 import threading
 import time
+from multiprocessing.shared_memory import SharedMemory
 
 import numpy as np
 import pytest
@@ -45,6 +46,24 @@ def test_a_worker_without_a_sign_of_life_is_replaced(make_client, monkeypatch):
     (lost,) = poll_for(client, WorkerLost)
     assert "no sign of life" in lost.why
     assert client.pid != first
+
+
+def test_a_laptop_that_slept_does_not_make_the_worker_look_hung(make_client, monkeypatch):
+    monkeypatch.setattr(client_module, "START_LIMIT_S", 1.0)
+    monkeypatch.setattr(client_module, "LONGEST_GAP_S", 0.1)
+    client = make_client(children.silent)
+    client.poll(0.01)
+    time.sleep(1.5)  # nobody polls: both sides stood still
+    assert not client.poll(0.01)
+
+
+def test_slots_have_no_name_once_the_worker_holds_them(make_client):
+    client = make_client(children.deaf)
+    names = [memory.name for memory in client._memory]
+    poll_for(client, WorkerStarted)
+    for name in names:  # so that nothing is left behind, and nothing complains, when the app is killed
+        with pytest.raises(FileNotFoundError):
+            SharedMemory(name)
 
 
 def test_a_worker_that_breaks_the_protocol_is_replaced(make_client):
@@ -98,8 +117,6 @@ def test_closing_frees_process_and_memory(make_client):
     process, names = client._process, [memory.name for memory in client._memory]
     client.close()
     assert not process.is_alive()
-    from multiprocessing.shared_memory import SharedMemory
-
     for name in names:
         with pytest.raises(FileNotFoundError):
             SharedMemory(name)

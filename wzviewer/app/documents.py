@@ -178,6 +178,8 @@ def save_to(services: Services, state: AppState, command: cmd.SaveTo) -> AppStat
     """Saves to a file, and goes on with what was waiting for it."""
     path = command.path if command.path.suffix else command.path.with_suffix(SCENE_SUFFIX)
     scene = state.scene.copy()  # as it is now: levels may come while it is written
+    if state.job is not None and state.job.instead_of is not None:
+        scene.show(state.job.instead_of)  # it stands back for one that is not finished
     timeline = keep(state.timeline, scene.unknown_fields)
     state.scene.unknown_fields = dict(scene.unknown_fields)
     saved = replace(state, saved=(state.num_finished, scene.marks), timeline=timeline)

@@ -48,7 +48,7 @@ def end_drag(services: Services, state: AppState, command: cmd.EndDrag) -> AppSt
         return replace(state, region=Region(is_drawing=True))
     centre = (frame[0] + frame[2] / 2, frame[1] + frame[3] / 2)
     focus = viewing.point_at(services, state, *centre)
-    panels = replace(state.panels, wants_prompt_focus=True)
+    panels = replace(state.panels, prompt_focus=cmd.FocusPrompt().frames)
     return replace(state, region=Region(camera=framed(camera, frame), focus=focus), panels=panels)
 
 

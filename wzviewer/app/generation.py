@@ -18,7 +18,7 @@ from wzviewer.app.state import AppState, Goal, Job, StageNote, View
 from wzviewer.app.variants import can_vary, group_of, next_seed
 from wzviewer.app.viewing import fly_to
 from wzviewer.app.wishes import AGAIN_S, MAX_WAITING, Queue
-from wzviewer.core.scene import Level
+from wzviewer.core.scene import Level, Scene
 from wzviewer.errors import WzError
 from wzviewer.worker import client as ev
 
@@ -214,7 +214,8 @@ def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
     if isinstance(event, ev.StageProgressed):
         return replace(state, job=_progressed(state.job, event, state.clock_s))
     if isinstance(event, ev.LevelPreviewed):
-        return _take(state, event.level)
+        is_bare = state.job.goal is not None and state.job.goal.like is not None and not event.revision
+        return state if is_bare else _stood_back(_take(state, event.level))
     if isinstance(event, ev.LevelFinished):
         return _finish(services, state, event.level)
     if isinstance(event, ev.LevelDropped):
@@ -242,6 +243,33 @@ def _take(state: AppState, level: Level) -> AppState:
     return replace(state, job=job)
 
 
+def _stood_back(state: AppState) -> AppState:
+    """A variant whose preview stands is seen alone: two that overlap would show through each other."""
+    job = state.job
+    if job is None or job.goal is None or job.goal.like is None or job.instead_of is not None:
+        return state
+    seen = _seen_variant(state.scene, job.goal.like)
+    if seen is None:
+        return state
+    state.scene.hide(seen)
+    return replace(state, job=replace(job, instead_of=seen))
+
+
+def _brought_back(state: AppState) -> AppState:
+    """What stood back is seen again, unless something else was done to it meanwhile."""
+    index = state.job.instead_of if state.job is not None else None
+    if state.job is None or index is None:
+        return state
+    if state.scene.mark(index).sight == "hidden":
+        state.scene.show(index)
+    return replace(state, job=replace(state.job, instead_of=None))
+
+
+def _seen_variant(scene: Scene, index: int) -> int | None:
+    """The newest variant that is shown."""
+    return max((i for i in group_of(scene, index) if scene.mark(i).sight == "shown"), default=None)
+
+
 def _with_first_level(state: AppState, level: Level) -> AppState:
     """The flat picture becomes E_0 under the user's hand: the view stays where it is."""
     view = state.view
@@ -255,7 +283,7 @@ def _with_first_level(state: AppState, level: Level) -> AppState:
 def _finish(services: Services, state: AppState, level: Level) -> AppState:
     job = state.job
     started_s = job.started_s if job is not None else state.clock_s
-    state = _take(state, level)
+    state = _brought_back(_take(state, level))
     state.scene.commit(level.index)
     state = replace(state, job=None)
     if level.index == 0 or job is None:
@@ -285,6 +313,7 @@ def _noted(state: AppState, level: Level, goal: Goal | None, is_last: bool) -> A
 
 
 def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
+    state = _brought_back(state)
     index = len(state.scene) - 1
     if state.job is not None and state.job.level == index and not state.scene.is_committed(index):
         state.scene.abort(index)

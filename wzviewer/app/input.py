@@ -74,6 +74,21 @@ def read_input(
     return hand, [*commands, *_read_keys(state, letters, modifiers)]
 
 
+def typed_ahead(state: AppState) -> list[cmd.Command]:
+    """Returns what was typed while the cursor is on its way to the prompt line; call before the panels.
+
+    The line itself drops what comes before it has the cursor: on slow frames a word or two.
+    """
+    is_coming = state.panels.prompt_focus > 0 and not imgui.get_io().want_text_input
+    text = _typed() if is_coming else ""
+    return [cmd.EditPrompt(state.prompt + text)] if text else []
+
+
+def _typed() -> str:
+    """The characters of this frame that no field has taken."""
+    return "".join(c for c in map(chr, imgui.get_io().input_queue_characters) if c.isprintable())
+
+
 def mouse_px() -> tuple[float, float]:
     """Returns the cursor in framebuffer pixels."""
     io = imgui.get_io()
@@ -164,6 +179,8 @@ def _read_keys(state: AppState, letters: str, modifiers: Modifiers) -> list[cmd.
         return []
     if io.want_text_input:  # keys are dead while typing; the prompt line reads its own Enter and Escape
         return []
+    if state.panels.prompt_focus:  # what is typed goes into the line
+        return []
     if imgui.is_popup_open("", imgui.PopupFlags_.any_popup.value):  # a menu takes Escape, and no other key
         if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
             imgui.internal.close_popup_to_level(0, True)
@@ -177,6 +194,9 @@ def _read_keys(state: AppState, letters: str, modifiers: Modifiers) -> list[cmd.
         held_with = modifiers.get(pressed[0], (io.key_ctrl, io.key_shift)) if pressed else (False, False)
         if pressed and binding.command is not None and matches(binding, *held_with):
             commands.append(binding.command())
+    if cmd.FocusPrompt() in commands:  # in the same frame: what follows the slash is for the line
+        text = _typed().partition("/")[2]
+        return [cmd.FocusPrompt(), *([cmd.EditPrompt(state.prompt + text)] if text else [])]
     if io.key_ctrl or is_covered or not state.has_document:
         return commands
     held = [

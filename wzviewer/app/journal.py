@@ -4,7 +4,7 @@
 
     journal/SESSION/lock            held while the app lives: what is not held was left by a crash
                     000.level ...   one archive a level, written whole
-                    state.json      name of the document, marks of its levels
+                    state.json      name of the document, marks of its levels, keys of its timeline
 
 A thread writes; the frame loop only says how things stand.  A document that is saved, or closed with
 the user's consent, needs no journal, and its session is emptied.
@@ -23,14 +23,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
+from wzviewer.app.timeline import FIELD, record_of
 from wzviewer.core.constants import MAX_LEVELS
 from wzviewer.core.files import get_level, put_level
+from wzviewer.core.keyframes import KeyPath
 from wzviewer.core.marks import marks_from_json, marks_to_json
 from wzviewer.core.photos import whole_file
 from wzviewer.core.records import header_of
 from wzviewer.core.scene import Level, Scene
 from wzviewer.errors import WzError
 
+NO_KEYS = KeyPath()
 LOG = logging.getLogger(__name__)
 MAX_STATE_BYTES = 1 << 20
 MANIFEST, STATE, LOCK = "manifest.json", "state.json", "lock"
@@ -55,8 +58,8 @@ class Leftover:
 class Journal(Protocol):
     """Keeps finished levels while they are in no file."""
 
-    def keep(self, scene: Scene, name: str) -> None:
-        """Says which levels are in no file; costs nothing when nothing changed."""
+    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS) -> None:
+        """Says which levels and keys of the timeline are in no file; costs nothing when nothing changed."""
 
     def clear(self) -> None:
         """Says that no level is only here."""
@@ -79,7 +82,7 @@ class Journal(Protocol):
 class NoJournal:
     """Keeps nothing."""
 
-    def keep(self, scene: Scene, name: str) -> None:
+    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS) -> None:
         """Does nothing."""
 
     def clear(self) -> None:
@@ -111,6 +114,7 @@ class JournalFolder:
     def __init__(self, folder: Path, session: str) -> None:
         self._sessions, self._own = folder, folder / session
         self._asked: tuple[object, ...] = ()
+        self._keys = NO_KEYS
         self._written: set[int] = set()
         self._scene: Scene | None = None
         self._lock: BinaryIO | None = None
@@ -126,21 +130,22 @@ class JournalFolder:
         folder = user_data_path("wzviewer", appauthor=False) / "journal"
         return cls(folder, f"{time.time_ns()}-{os.getpid()}")
 
-    def keep(self, scene: Scene, name: str) -> None:
-        """Has levels written that are finished and not yet kept."""
+    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS) -> None:
+        """Has levels written that are finished and not yet kept, and what is said about them."""
         finished = tuple(level for level in scene if scene.is_committed(level.index))
         asked = (id(scene), len(finished), scene.marks, name)
-        if asked == self._asked:
+        if asked == self._asked and keys is self._keys:
             return
         if scene is not self._scene:
             self.clear()
             self._scene = scene
-        self._asked = asked
+        self._asked, self._keys = asked, keys
         for level in finished:
             if level.index not in self._written:
                 self._written.add(level.index)
                 self._work.put(("level", level))
-        self._work.put(("state", {"name": name, **marks_to_json(scene.marks)}))
+        timeline = {FIELD: record_of(keys)} if keys.keys else {}
+        self._work.put(("state", {"name": name, **marks_to_json(scene.marks), **timeline}))
 
     def clear(self) -> None:
         """Has the session emptied."""
@@ -168,8 +173,10 @@ class JournalFolder:
                 LOG.warning("journal: level %d: %s", index, error)
                 break
             scene.commit(index)
-        for index, mark in marks_from_json(_read_state(leftover.folder), len(scene)).items():
+        said = _read_state(leftover.folder)
+        for index, mark in marks_from_json(said, len(scene)).items():
             scene.set_mark(index, mark)
+        scene.unknown_fields = {FIELD: said[FIELD]} if FIELD in said else {}
         if not len(scene):
             raise ValueError("nothing in it can be read")
         return scene

@@ -16,7 +16,7 @@ from wzviewer.app.dialogs import SystemDialogs
 from wzviewer.app.documents import demo_photo
 from wzviewer.app.drawing import BACKGROUND, SceneDrawing
 from wzviewer.app.errands import OnThread
-from wzviewer.app.input import Hand, read_input
+from wzviewer.app.input import Hand, read_input, typed_ahead
 from wzviewer.app.journal import Journal, JournalFolder, NoJournal
 from wzviewer.app.layout import Rect, arrange
 from wzviewer.app.pacing import SOFTWARE_TARGET_S, Pace, wait_s
@@ -183,6 +183,7 @@ class App:
     def _panels(self) -> list[cmd.Command]:
         """Draws the panels; returns what they and the input ask for."""
         ui = self._ui()
+        self.do(*typed_ahead(self.state))
         commands = draw_screen(self.state, ui)
         self._hand, asked = read_input(self.state, self._hand, self.window.letters, self.window.modifiers)
         return commands + asked

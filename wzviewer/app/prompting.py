@@ -18,7 +18,7 @@ def edit_prompt(services: Services, state: AppState, command: cmd.EditPrompt) ->
 def take_offer(services: Services, state: AppState, command: cmd.TakeOffer) -> AppState:
     """Puts an offered prompt into the line."""
     state = with_prompt(state, command.prompt)
-    return replace(state, panels=replace(state.panels, wants_prompt_focus=True))
+    return replace(state, panels=replace(state.panels, prompt_focus=cmd.FocusPrompt().frames))
 
 
 def choose_offer(services: Services, state: AppState, command: cmd.ChooseOffer) -> AppState:
@@ -28,8 +28,8 @@ def choose_offer(services: Services, state: AppState, command: cmd.ChooseOffer) 
 
 
 def focus_prompt(services: Services, state: AppState, command: cmd.FocusPrompt) -> AppState:
-    """Puts the cursor into the prompt line."""
-    return replace(state, panels=replace(state.panels, wants_prompt_focus=command.is_wanted))
+    """Puts the cursor into the prompt line, a frame nearer each time."""
+    return replace(state, panels=replace(state.panels, prompt_focus=command.frames))
 
 
 def add_phrase(services: Services, state: AppState, command: cmd.AddPhrase) -> AppState:

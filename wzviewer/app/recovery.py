@@ -12,8 +12,11 @@ from wzviewer.core.camera import Camera
 
 def keep(services: Services, state: AppState) -> None:
     """Tells the journal how things stand; called every frame."""
+    is_midway = state.timeline.is_retiming or (state.job is not None and state.job.instead_of is not None)
+    if state.is_dirty and is_midway:
+        return  # of a drag, or of a variant for which another stands back
     if state.is_dirty:
-        services.journal.keep(state.scene, state.name)
+        services.journal.keep(state.scene, state.name, state.timeline.path)
     else:
         services.journal.clear()
 
@@ -45,7 +48,7 @@ def settle_recovery(services: Services, state: AppState, command: cmd.SettleReco
     fresh = replace(state, view=view, name=name, photo=None, job=None, goal=None, queue=Queue())
     fresh = with_scene(services, fresh, scene, path=None)
     # In this order: the levels lie in a session of our own before the old one is deleted.
-    services.journal.keep(scene, name)
+    services.journal.keep(scene, name, fresh.timeline.path)
     services.journal.discard(leftover)
     count = "1 level" if len(scene) == 1 else f"{len(scene)} levels"
     return replace(fresh, saved=(0, {})).with_toast(f"Recovered {count} of {name}.", "done")

@@ -107,6 +107,7 @@ class Job:
         is_auto: whether nobody asked for it: the view rested where detail was missing.
         parent: index of the level that is refined.
         goal: what it was asked for.
+        instead_of: index of the variant that stands back for the preview of this one.
     """
 
     request_id: int
@@ -120,6 +121,7 @@ class Job:
     is_auto: bool = False
     parent: int = 0
     goal: Goal | None = None
+    instead_of: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +219,7 @@ class Panels:
     dialog: DialogKind = ""
     dialog_path: str = ""
     dialog_note: str = ""  # why the path was not taken, or what happens if it is given once more
-    wants_prompt_focus: bool = False
+    prompt_focus: int = 0  # frames until the prompt line, which was asked for, has the cursor
 
 
 @dataclass(frozen=True)

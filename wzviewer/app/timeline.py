@@ -164,10 +164,15 @@ def keep(line: Timeline, fields: Json) -> Timeline:
         fields: `Scene.unknown_fields`, changed in place.
     """
     if line.is_changed and line.path.keys:
-        fields[FIELD] = {"keyframes": keys_record(line.path), "is_cycle": line.path.is_loop}
+        fields[FIELD] = record_of(line.path)
     elif line.is_changed:
         fields.pop(FIELD, None)
     return replace(line, saved=line.path)
+
+
+def record_of(path: KeyPath) -> Json:
+    """Returns keys as a scene's file has them."""
+    return {"keyframes": keys_record(path), "is_cycle": path.is_loop}
 
 
 def timeline_of(record: object, size: tuple[int, int]) -> Timeline | None:

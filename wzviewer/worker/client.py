@@ -26,6 +26,7 @@ from wzviewer.worker.transport import Arrays, Channel, TransportError, make_memo
 CANCEL_GRACE_S = 0.7  # then the worker is killed; the contract says one second in all
 HEARTBEAT_LIMIT_S = 30.0  # without a sign of life the worker counts as hung
 START_LIMIT_S = 180.0  # a slow disk, a busy machine: importing takes its time
+LONGEST_GAP_S = 1.0  # between two polls, that counts: a laptop that slept stopped both sides
 MAX_FAILED_STARTS = 3  # in a row; then the worker is left alone until it is asked for something
 
 
@@ -129,7 +130,7 @@ class WorkerClient:
         from wzviewer.worker.process import main
 
         parent_pipe, child_pipe = self._context.Pipe(duplex=True)
-        self._memory = make_memory()
+        self._memory, self._is_named = make_memory(), True
         names = tuple(memory.name for memory in self._memory)
         given = () if self._entry else (self._yields,)
         arguments = (child_pipe, names[1], names[0], self._synthesizer, *given)
@@ -139,7 +140,7 @@ class WorkerClient:
         child_pipe.close()
         self._channel = Channel(parent_pipe, self._memory[0], self._memory[1])
         self._known, self.ready = set(), False
-        self._last_sign_s = time.perf_counter()
+        self._silence_s, self._polled_s = 0.0, time.perf_counter()
 
     def load(self, scene: Scene) -> None:
         """Takes over a scene; its levels are sent to the worker when a request needs them."""
@@ -231,12 +232,20 @@ class WorkerClient:
     def _listen(self, budget_s: float) -> None:
         try:
             for delivery in self._channel.poll(budget_s):
-                self._last_sign_s = time.perf_counter()
+                self._silence_s = 0.0
+                self._unname()
                 self._handle(delivery.message, delivery.arrays)
         except (EOFError, OSError, TransportError, ValueError) as error:
             self._replace_worker(self._reason(error))
         if self._process is not None:
             self._check_liveness()
+
+    def _unname(self) -> None:
+        """Once both sides hold the slots they need no name: nothing is left behind, however the app ends."""
+        if self._is_named:
+            self._is_named = False
+            for memory in self._memory:
+                memory.unlink()
 
     def channel_wait(self, timeout_s: float) -> None:
         """Sleeps until the worker says something, at most ``timeout_s``."""
@@ -295,12 +304,14 @@ class WorkerClient:
 
     def _check_liveness(self) -> None:
         now = time.perf_counter()
+        self._silence_s += min(now - self._polled_s, LONGEST_GAP_S)
+        self._polled_s = now
         limit_s = HEARTBEAT_LIMIT_S if self.ready else START_LIMIT_S
         if self._cancelled_at is not None and self.is_busy and now - self._cancelled_at > CANCEL_GRACE_S:
             self._replace_worker("did not answer the cancel in time")
         elif not self._process.is_alive():
             self._replace_worker(self._reason(None))
-        elif now - self._last_sign_s > limit_s:
+        elif self._silence_s > limit_s:
             self._replace_worker(f"gave no sign of life for {limit_s:.0f} s")
 
     def _reason(self, error: Exception | None) -> str:
@@ -326,9 +337,9 @@ class WorkerClient:
         self._process.kill()
         self._process.join(5.0)
         self._channel.pipe.close()
+        self._unname()
         for memory in self._memory:
             memory.close()
-            memory.unlink()
 
     def close(self) -> None:
         """Ends the process and frees the shared memory."""

@@ -101,12 +101,12 @@ class Worker:
             os._exit(0)  # the app is gone: nothing is left to do, and nothing to lose
 
     def _beat(self) -> None:
-        while True:
-            time.sleep(HEARTBEAT_S)
+        while True:  # at once: the first sign says that the slots are held on this side too
             try:
                 self._channel.send(m.Heartbeat())
             except OSError:
                 os._exit(0)
+            time.sleep(HEARTBEAT_S)
 
     def _handle(self, delivery: Delivery) -> None:
         message, arrays = delivery.message, delivery.arrays

@@ -28,9 +28,9 @@ class ChooseOffer(Command):
 
 @dataclass(frozen=True)
 class FocusPrompt(Command):
-    """Put the cursor into the prompt line, or take it out again."""
+    """Put the cursor into the prompt line, which takes imgui so many frames."""
 
-    is_wanted: bool = True
+    frames: int = 2
 
 
 @dataclass(frozen=True)

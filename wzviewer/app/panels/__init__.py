@@ -15,6 +15,7 @@
     frame     on the picture, below all: what the next level will show
     history   below the toolbar, as keep and settings
     start     instead of all, while there is no document; with recents; over one on request
+    notices   where the toasts stand, and above them the film in the making
     hint      over the picture, below the breadcrumb, once
     help      over all, as log and palette;  dialogs  modal
 

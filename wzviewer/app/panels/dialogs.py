@@ -43,16 +43,26 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
 
 def _unsaved(state: AppState, ui: Ui) -> list[cmd.Command]:
     with face(ui.fonts.bold, theme.HEAD_PT):
-        imgui.text_unformatted("Save the levels you made?")
-    count = state.num_finished
-    what = "The scene has" if count == 1 else f"{count} levels have"
-    wrapped(ui, f"{what} not been saved. Without saving they are lost.", ui.colors.muted)
+        imgui.text_unformatted("Save the scene?")
+    wrapped(ui, unsaved_text(state), ui.colors.muted)
     return _buttons(
         ui,
         ("Stay", cmd.SettleUnsaved("stay")),
         ("Don't save", cmd.SettleUnsaved("discard")),
         ("Save", cmd.SettleUnsaved("save")),
     )
+
+
+def unsaved_text(state: AppState) -> str:
+    """Returns what would be lost, as far as the user sees it."""
+    num_saved = state.saved[0]
+    fresh = range(max(num_saved, 1), state.num_finished)  # the photo is no level that somebody made
+    count = sum(state.scene.mark(index).sight == "shown" for index in fresh)
+    if not count:
+        what = "Your last changes have" if num_saved else "The scene has"
+        return f"{what} not been saved. Without saving {'they are' if num_saved else 'it is'} lost."
+    levels = "1 level has" if count == 1 else f"{count} levels have"
+    return f"{levels} not been saved. Without saving {'it is' if count == 1 else 'they are'} lost."
 
 
 def _recover(state: AppState, ui: Ui) -> list[cmd.Command]:

@@ -31,6 +31,7 @@ from wzviewer.app.panels.surface import (
 from wzviewer.app.panels.tree import height_of
 from wzviewer.app.panels.variants import draw_variants
 from wzviewer.app.panels.waiting import draw_waiting
+from wzviewer.app.panels.wording import stage_text
 from wzviewer.app.state import AppState, Job
 from wzviewer.app.theme import u32
 
@@ -122,9 +123,10 @@ def _line(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], bool]
     tools = ui.pt(2 * TOOL_PT) if has_tools(ui, rect) else 0.0
     beside = button + ui.pt(CHEVRON_PT + 7 + 2) + tools
     imgui.set_next_item_width(imgui.get_content_region_avail().x - beside)
-    if state.panels.wants_prompt_focus:
+    left = state.panels.prompt_focus
+    if left == cmd.FocusPrompt().frames:
         imgui.set_keyboard_focus_here()
-        commands.append(cmd.FocusPrompt(False))
+    commands += [cmd.FocusPrompt(left - 1)] if left else []
     hints = AUTO_HINTS if state.settings.auto_detail else HINTS
     hint = next((h for h in hints if imgui.calc_text_size(h).x < rect.width - beside - ui.pt(34)), "")
     changed, text, steps = _field(state, hint)
@@ -229,7 +231,7 @@ def _cross(ui: Ui, right: float) -> bool:
 
 def _waiting(state: AppState, job: Job) -> str:
     if not state.is_worker_ready:
-        return "Starting the worker"
+        return "Getting ready"
     return "Reading the photo" if job.kind == "photo" else "Looking at the view"
 
 
@@ -239,10 +241,11 @@ def _headline(state: AppState, job: Job) -> str:
     if not job.stages:
         return _waiting(state, job)
     stage = job.stages[-1]
+    name = stage_text(stage.name)
     if job.is_auto:
-        return f"Auto detail: {stage.name}"
+        return f"Auto detail: {name}"
     number = f"{stage.number}/{LAST_STAGE}   " if stage.number else ""
-    what = f"“{job.prompt}”: {stage.name}" if job.prompt else f"{stage.name[:1].upper()}{stage.name[1:]}"
+    what = f"“{job.prompt}”: {name}" if job.prompt else f"{name[:1].upper()}{name[1:]}"
     return f"{number}{what}"
 
 
@@ -254,7 +257,7 @@ def so_far(seconds: float) -> str:
 
 def _past(job: Job) -> str:
     """The steps that are done, with their seconds."""
-    parts = [f"{a.name} {b.start_s - a.start_s:.1f} s" for a, b in pairwise(job.stages)]
+    parts = [f"{stage_text(a.name)} {b.start_s - a.start_s:.1f} s" for a, b in pairwise(job.stages)]
     return " · ".join(parts[-3:])
 
 

@@ -11,7 +11,7 @@ from wzviewer.app.keys import label_of
 from wzviewer.app.naming import name_in
 from wzviewer.app.panels.branches import Row, tree_rows
 from wzviewer.app.panels.surface import Ui, colored, elided, face, menu, picture, plate, quiet, tooltip
-from wzviewer.app.panels.wording import count_text, magnification_text
+from wzviewer.app.panels.wording import count_text, magnification_text, stage_text
 from wzviewer.app.places import level_here
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
@@ -190,7 +190,10 @@ def details_of(scene: Scene, index: int) -> str:
     lines = [name, f"{len(level.surfels):,} surfels"]
     if level.prompt and level.prompt != name:
         lines.insert(1, f"“{level.prompt}”")
-    lines += [f"{name}: {record.backend}, {record.seconds:.1f} s" for name, record in level.stages.items()]
+    lines += [
+        f"{stage_text(name)}: {record.backend}, {record.seconds:.1f} s"
+        for name, record in level.stages.items()
+    ]
     return "\n".join(lines)
 
 

@@ -1,8 +1,16 @@
-"""Numbers as people read them."""
+"""Numbers and stages as people read them."""
 
 import math
 
 PREFIXES = ("", "m", "µ", "n", "p", "f", "a")  # thousandths
+STAGES = {  # of the paper, as the worker calls them, and what they are to somebody who waits
+    "initial scene": "making the photo 3D",
+    "new scale image": "painting finer detail",
+    "depth registration": "giving it depth",
+    "surfels": "putting it into the picture",
+    "auxiliary views": "filling in what is behind",
+    "optimisation": "finishing touches",
+}
 UNIT = "u"  # the world unit: the median distance in the photo
 
 
@@ -24,6 +32,11 @@ def length_text(length: float) -> str:
         return f"{length:g} {UNIT}"
     step = min(math.ceil(-math.log10(length) / 3.0 - 1e-9), len(PREFIXES) - 1)
     return f"{round(length * 1000.0**step, 6):g} {PREFIXES[step]}{UNIT}"
+
+
+def stage_text(name: str) -> str:
+    """Returns a stage in plain words, beginning small."""
+    return STAGES.get(name, name)
 
 
 def count_text(count: int) -> str:
