@@ -50,19 +50,20 @@ def draw_status(state: AppState, ui: Ui) -> None:
             width = imgui.calc_text_size(text).x
             shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(29)), text)
         with face(ui.fonts.regular, theme.SMALL_PT):
-            line = _line(state, rect.width - ui.pt(4))
+            line = status_line(state, rect.width - ui.pt(4))
             width = imgui.calc_text_size(line).x
             shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(47)), line, theme.ON_PICTURE)
 
 
-def _line(state: AppState, room: float) -> str:
+def status_line(state: AppState, room: float) -> str:
     """Where one is, within a width; the name of the document is the title of the window, too."""
     count = len(state.scene.visible())
     has_auto = state.settings.auto_detail and count > 0
     auto = [f"{icons.ICON_FA_WAND_MAGIC_SPARKLES} auto detail"] if has_auto else []
     levels = [f"{count} levels"] if count > 1 else []
-    errand = [f"{state.errand.line} …"] if state.errand is not None else []
-    whole = " · ".join([*errand, *auto, state.name, *levels])
+    if state.errand is not None:  # for a moment, and what one waits for
+        return elided(f"{state.errand.line} …", room)
+    whole = " · ".join([*auto, state.name, *levels])
     if imgui.calc_text_size(whole).x <= room or not auto + levels:
         return elided(whole, room)
     return " · ".join(auto + levels)
