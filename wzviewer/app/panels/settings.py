@@ -6,7 +6,7 @@ from typing import Any
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.panels.surface import Ui, choice, face, plate, small, tooltip
+from wzviewer.app.panels.surface import Ui, choice, face, plate, small, switch, tooltip
 from wzviewer.app.settings import Settings
 from wzviewer.app.state import AppState
 
@@ -50,7 +50,7 @@ def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
             if picked is not None:
                 changes[key] = picked
         for name, key, about in SWITCHES:
-            is_changed, is_on = imgui.checkbox(name, getattr(now, key))
+            is_changed, is_on = switch(ui, name, getattr(now, key))
             tooltip(about)
             if is_changed:
                 changes[key] = is_on

@@ -38,7 +38,7 @@ def _page(state: AppState, ui: Ui) -> list[cmd.Command]:
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(32), ui.pt(28)))
     commands: list[cmd.Command] = []
-    with plate("start", rect, alpha=0.97 if state.has_document else 0.82, is_front=state.has_document):
+    with plate("start", rect, alpha=0.97 if state.has_document else 0.90, is_front=state.has_document):
         with face(ui.fonts.bold, theme.TITLE_PT):
             _centred("wzviewer")
         with colored(ui.colors.muted):

@@ -197,6 +197,22 @@ def choice(
     return picked
 
 
+def switch(ui: Ui, name: str, is_on: bool) -> tuple[bool, bool]:
+    """A box to tick, as high as its text, with an edge: an empty one is seen, too.
+
+    Returns:
+        Whether it was pressed, and whether it is on now.
+    """
+    size = imgui.get_font_size()
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (0.18 * size, 0.18 * size))
+    imgui.push_style_var(imgui.StyleVar_.frame_border_size.value, max(ui.pt(1), 1.0))
+    imgui.push_style_var(imgui.StyleVar_.frame_rounding.value, ui.pt(5))
+    with colored(ui.colors.muted, imgui.Col_.border):
+        pressed, is_on = imgui.checkbox(name, is_on)
+    imgui.pop_style_var(3)
+    return bool(pressed), bool(is_on)
+
+
 def tooltip(text: str) -> None:
     """Explains the last item after a moment."""
     if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal.value):

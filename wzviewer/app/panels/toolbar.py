@@ -6,6 +6,7 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app.history import wording
 from wzviewer.app.keys import label_for
+from wzviewer.app.panels.notices import is_side_taken
 from wzviewer.app.panels.surface import Ui, colored, plate, tooltip
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
@@ -74,7 +75,9 @@ def _is_marked(state: AppState, command: cmd.Command) -> bool:
 
 def _is_open(state: AppState, command: cmd.Command) -> bool:
     """Whether the panel that a button opens is shown: a second press closes it."""
-    return isinstance(command, cmd.Toggle) and bool(getattr(state.panels, command.panel))
+    if not isinstance(command, cmd.Toggle) or (command.panel == "tree" and is_side_taken(state)):
+        return False
+    return bool(getattr(state.panels, command.panel))
 
 
 def _button(state: AppState, ui: Ui, button: Button) -> list[cmd.Command]:
