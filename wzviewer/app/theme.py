@@ -84,7 +84,6 @@ LIGHT = Palette(
 )
 PALETTES = {"dark": DARK, "light": LIGHT}
 ON_PICTURE: Rgba = DARK.text  # with a shadow: readable on any
-SHADE: Rgba = DARK.shade
 
 BODY_PT, SMALL_PT, HEAD_PT, TITLE_PT = 16.0, 13.5, 18.0, 34.0
 ROUNDING_PT = 10.0
@@ -159,8 +158,8 @@ def _set_shape(style: imgui.Style, scale: float) -> None:
     style.item_inner_spacing = pair(7.0, 5.0)
     style.window_rounding = ROUNDING_PT * scale
     style.child_rounding = style.popup_rounding = style.frame_rounding = 7.0 * scale
-    style.window_border_size = style.popup_border_size = style.frame_border_size = 0.0
-    style.child_border_size = 0.0
+    style.window_border_size = style.popup_border_size = max(round(scale), 1.0)  # an edge on any picture
+    style.child_border_size = style.frame_border_size = 0.0
     style.scrollbar_size, style.scrollbar_rounding = 8.0 * scale, 4.0 * scale
     style.hover_delay_normal = 0.5
     style.window_min_size = pair(8.0, 8.0)
