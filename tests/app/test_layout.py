@@ -59,3 +59,9 @@ def test_lengths_and_counts_read_well():
     texts = {5.0: "5 u", 0.1: "0.1 u", 0.05: "50 mu", 0.001: "1 mu", 2e-6: "2 µu", 5e-13: "500 fu"}
     assert {length_text(k) for k in texts} == set(texts.values())
     assert [count_text(n) for n in (512, 83_400, 999_600, 1_234_567)] == ["512", "83 k", "1.0 M", "1.2 M"]
+
+
+def test_magnifications_are_shorter_where_there_is_little_room():
+    for value, text in ((8.0, "×8.0"), (32768.0, "×32,768"), (262144.0, "×262 k"), (2.1e6, "×2.1 M")):
+        assert magnification_text(value, is_short=True) == text
+    assert magnification_text(6.9e10, is_short=True) == "×7e10"

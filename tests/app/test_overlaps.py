@@ -13,8 +13,9 @@ from wzviewer.app.layout import Rect, arrange
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.timeline import foot_height
 from wzviewer.app.prompting import with_vocabulary
+from wzviewer.app.recents import RecentFile, Recents
 from wzviewer.app.settings import Settings
-from wzviewer.app.state import Film, Panels
+from wzviewer.app.state import Film, Panels, empty_state
 from wzviewer.app.theme import DARK, restyle
 from wzviewer.app.wishes import Queue
 from wzviewer.worker.models.builtin.objects import grammar
@@ -83,8 +84,8 @@ EXPECTED = {  # what each of them is about, so that nothing is held of an empty 
 }
 
 
-def shown(screen, state, size):
-    """Draws some frames as the app does; returns the places of all plates of the last one."""
+def shown(screen, state, size, *names):
+    """Draws some frames as the app does; returns the places of plates, or of those named, in the last one."""
     screen.width, screen.height, screen.scale = size
     restyle(screen.scale, DARK)
     foot = foot_height(state, screen.scale)
@@ -93,7 +94,7 @@ def shown(screen, state, size):
     screen.ui = lambda: Ui(layout, screen.fonts, statistics={f"Number {k}": "1" for k in range(9)})
     for _ in range(4):
         screen.frame(state)
-    windows = {name: imgui.internal.find_window_by_name(name) for name in PLATES}
+    windows = {name: imgui.internal.find_window_by_name(name) for name in names or PLATES}
     there = {name: window for name, window in windows.items() if window is not None and window.was_active}
     return {name: Rect(w.pos.x, w.pos.y, w.size.x, w.size.y) for name, w in there.items()}
 
@@ -110,6 +111,15 @@ def test_no_plates_overlap(screen, name, size):
         assert min(rect.x, rect.y) >= -EDGE, (a, rect)
         assert rect.right <= size[0] + EDGE, (a, rect)
         assert rect.bottom <= size[1] + EDGE, (a, rect)
+
+
+@pytest.mark.parametrize("size", [(1280, 800, 1.0), (1280, 720, 1.0), (2560, 1440, 2.0)])
+def test_notices_stand_beside_the_start_page(screen, size):
+    files = tuple(RecentFile(Path(f"{k}.png"), 0.0, None) for k in range(8))
+    state = told(replace(empty_state(*size[:2]), recents=Recents(files)))
+    places = shown(screen, state, size, "start", "toast0")
+    assert set(places) == {"start", "toast0"}
+    assert not places["start"].overlaps(places["toast0"])
 
 
 @pytest.mark.parametrize("keymap", ["wzviewer", "authors"])

@@ -54,37 +54,36 @@ class Palette:
 
 DARK = Palette(
     text=(0.93, 0.94, 0.95, 1.0),
-    muted=(0.93, 0.94, 0.95, 0.58),
+    muted=(0.93, 0.94, 0.95, 0.66),
     faint=(0.93, 0.94, 0.95, 0.14),
     accent=(0.96, 0.74, 0.42, 1.0),
     on_accent=(0.12, 0.09, 0.05, 1.0),
-    panel=(0.055, 0.060, 0.070, 0.80),
+    panel=(0.055, 0.060, 0.070, 0.88),
     solid=(0.075, 0.080, 0.092, 0.98),
     field=(1.0, 1.0, 1.0, 0.07),
     hover=(1.0, 1.0, 1.0, 0.12),
     pressed=(1.0, 1.0, 1.0, 0.18),
     done=(0.55, 0.82, 0.62, 1.0),
-    error=(0.98, 0.56, 0.50, 1.0),
+    error=(1.0, 0.62, 0.57, 1.0),
     shade=(0.0, 0.0, 0.0, 0.55),
 )
 LIGHT = Palette(
     text=(0.10, 0.11, 0.13, 1.0),
     muted=(0.10, 0.11, 0.13, 0.68),
     faint=(0.10, 0.11, 0.13, 0.18),
-    accent=(0.62, 0.33, 0.02, 1.0),
+    accent=(0.54, 0.235, 0.0, 1.0),
     on_accent=(1.0, 0.99, 0.97, 1.0),
-    panel=(0.97, 0.97, 0.96, 0.88),
+    panel=(0.97, 0.97, 0.96, 0.93),
     solid=(0.98, 0.98, 0.97, 0.99),
     field=(0.0, 0.0, 0.0, 0.06),
     hover=(0.0, 0.0, 0.0, 0.10),
     pressed=(0.0, 0.0, 0.0, 0.13),
     done=(0.10, 0.48, 0.22, 1.0),
-    error=(0.75, 0.14, 0.10, 1.0),
+    error=(0.66, 0.10, 0.07, 1.0),
     shade=(0.0, 0.0, 0.0, 0.45),
 )
 PALETTES = {"dark": DARK, "light": LIGHT}
 ON_PICTURE: Rgba = DARK.text  # with a shadow: readable on any
-SHADE: Rgba = DARK.shade
 
 BODY_PT, SMALL_PT, HEAD_PT, TITLE_PT = 16.0, 13.5, 18.0, 34.0
 ROUNDING_PT = 10.0
@@ -159,8 +158,8 @@ def _set_shape(style: imgui.Style, scale: float) -> None:
     style.item_inner_spacing = pair(7.0, 5.0)
     style.window_rounding = ROUNDING_PT * scale
     style.child_rounding = style.popup_rounding = style.frame_rounding = 7.0 * scale
-    style.window_border_size = style.popup_border_size = style.frame_border_size = 0.0
-    style.child_border_size = 0.0
+    style.window_border_size = style.popup_border_size = max(round(scale), 1.0)  # an edge on any picture
+    style.child_border_size = style.frame_border_size = 0.0
     style.scrollbar_size, style.scrollbar_rounding = 8.0 * scale, 4.0 * scale
     style.hover_delay_normal = 0.5
     style.window_min_size = pair(8.0, 8.0)

@@ -10,7 +10,7 @@ from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, elided, face, plate, primary, shade, wrapped
 from wzviewer.app.state import AppState
 
-WIDTH_PT = 460.0
+WIDTH_PT, HEIGHT_PT = 460.0, 150.0  # it grows with what it has to say
 TITLES = {
     "open": "Open a photo or a scene",
     "save": "Save the scene",
@@ -29,9 +29,10 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
     window = ui.layout.window
     shade(ui)
     width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
-    height = ui.pt(150)
-    rect = Rect((window.width - width) / 2, window.height * 0.38 - height / 2, width, height)
-    with plate("dialog", rect, alpha=0.98, is_front=True):
+    top = window.height * 0.38 - ui.pt(HEIGHT_PT) / 2
+    with plate(
+        "dialog", Rect((window.width - width) / 2, top, width, 0.0), alpha=0.98, grows="down", is_front=True
+    ):
         if kind == "unsaved":
             return _unsaved(state, ui)
         if kind == "recover":
@@ -113,10 +114,10 @@ def _buttons(ui: Ui, *choices: tuple[str, cmd.Command]) -> list[cmd.Command]:
     """A row at the lower right; the last is the primary one."""
     commands: list[cmd.Command] = []
     width, gap = ui.pt(108), ui.pt(8)
-    size = imgui.get_window_size()
-    padding = imgui.get_style().window_padding
+    width_all, padding = imgui.get_window_size().x, imgui.get_style().window_padding
     total = len(choices) * (width + gap) - gap
-    imgui.set_cursor_pos((size.x - padding.x - total, size.y - padding.y - ui.pt(34)))
+    top = max(imgui.get_cursor_pos_y() + ui.pt(7), ui.pt(HEIGHT_PT - 34) - padding.y)
+    imgui.set_cursor_pos((width_all - padding.x - total, top))
     for number, (label, command) in enumerate(choices):
         if number:
             imgui.same_line(0.0, gap)

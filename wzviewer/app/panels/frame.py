@@ -38,7 +38,7 @@ def draw_frame(state: AppState, ui: Ui) -> None:
         if found is not None:
             _outline(ui, found, _factor(region.camera, camera), "   Enter makes it")
     is_current = bool(region.aimed_for) and region.aimed_for[0] is camera
-    if region.aim is not None and is_current and (region.camera is not None or _is_asking(state, ui)):
+    if region.aim is not None and is_current and (region.camera is not None or is_asking(state, ui)):
         found = seen_rect(state, region.aim)
         if found is not None:
             _ticks(ui, found, _factor(region.aim, camera))
@@ -64,13 +64,18 @@ def seen_rect(state: AppState, frame: Camera) -> Rect | None:
     return Rect(x0 / ratio.x, y0 / ratio.y, (x1 - x0) / ratio.x, (y1 - y0) / ratio.y)
 
 
-def _is_asking(state: AppState, ui: Ui) -> bool:
+def is_asking(state: AppState, ui: Ui) -> bool:
     """Whether the user is about to ask: then it matters where that would be."""
-    if state.job is not None or state.view.is_moving:
+    if state.job is not None or state.view.is_moving or _is_typing_elsewhere(state):
         return False
     bar, mouse = ui.layout.prompt, imgui.get_io().mouse_pos
     is_over = bar.x <= mouse.x <= bar.right and bar.y <= mouse.y <= bar.bottom
     return is_over or bool(state.prompt.strip()) or imgui.get_io().want_text_input
+
+
+def _is_typing_elsewhere(state: AppState) -> bool:
+    """Whether a line of text other than the prompt has the cursor."""
+    return bool(state.panels.dialog) or state.palette.is_open or state.renaming is not None
 
 
 def _factor(frame: Camera, view: Camera) -> float:

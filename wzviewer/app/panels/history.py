@@ -68,6 +68,6 @@ def _row(ui: Ui, at: int, present: int, icon: str, name: str) -> bool:
     text = elided(f"{name[:1].upper()}{name[1:]}", width - ui.pt(40))
     with face(ui.fonts.regular, theme.SMALL_PT + 1.0), colored(color):
         y = left.y + (ui.pt(ROW_PT) - imgui.get_text_line_height()) / 2
-        draw.add_text((left.x + ui.pt(6), y), u32(color, 0.55 if at > present else 0.8), icon)
-        draw.add_text((left.x + ui.pt(34), y), u32(color, 0.7 if at > present else 1.0), text)
+        draw.add_text((left.x + ui.pt(6), y), u32(color, 0.6 if at > present else 0.8), icon)
+        draw.add_text((left.x + ui.pt(34), y), u32(color), text)
     return pressed

@@ -11,7 +11,18 @@ from wzviewer.app.keeping import size_of
 from wzviewer.app.keys import label_of
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.prompt import draw_bar
-from wzviewer.app.panels.surface import Ui, choice, elided, face, plate, primary, small, tooltip, wrapped
+from wzviewer.app.panels.surface import (
+    Ui,
+    choice,
+    elided,
+    face,
+    plate,
+    primary,
+    small,
+    switch,
+    tooltip,
+    wrapped,
+)
 from wzviewer.app.shooting import film_line, film_s, film_size, why_no_film
 from wzviewer.app.state import AppState
 
@@ -62,7 +73,7 @@ def _is_done(commands: list[cmd.Command]) -> bool:
 
 def _picture_part(state: AppState, ui: Ui) -> list[cmd.Command]:
     commands = _sizes(state, ui, SIZES, size_of(state))
-    is_changed, is_on = imgui.checkbox("No background", state.plan.is_transparent)
+    is_changed, is_on = switch(ui, "No background", state.plan.is_transparent)
     tooltip("Where there is nothing, the picture is transparent")
     if is_changed:
         commands.append(_plan(state, is_transparent=is_on))

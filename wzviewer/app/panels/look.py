@@ -8,7 +8,7 @@ from imgui_bundle import imgui, implot
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.look import MODES, RAMP, Look, level_color
-from wzviewer.app.panels.surface import Ui, choice, colored, face, plate, small
+from wzviewer.app.panels.surface import Ui, choice, colored, face, plate, small, switch
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -26,7 +26,7 @@ def draw_look(state: AppState, ui: Ui) -> list[cmd.Command]:
     with plate("look", rect, grows="down", scrolls=True), face(ui.fonts.regular, theme.SMALL_PT):
         imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(6), ui.pt(3)))
         imgui.push_style_var(imgui.StyleVar_.item_spacing.value, (ui.pt(6), ui.pt(4)))
-        commands += _modes(state.look, ui) + _switches(state.look)
+        commands += _modes(state.look, ui) + _switches(state.look, ui)
         _legend(state, ui)
         _plot(ui)
         _numbers(state, ui)
@@ -39,7 +39,7 @@ def _modes(look: Look, ui: Ui) -> list[cmd.Command]:
     return [] if mode is None else [cmd.SetLook(_with(look, mode=mode))]
 
 
-def _switches(look: Look) -> list[cmd.Command]:
+def _switches(look: Look, ui: Ui) -> list[cmd.Command]:
     """The switches, each with the look that it would give."""
     commands: list[cmd.Command] = []
     is_linear = look.blend == "linear"
@@ -50,7 +50,7 @@ def _switches(look: Look) -> list[cmd.Command]:
         ("Leave out what is too faint", look.skips_faint, _with(look, skips_faint=not look.skips_faint)),
     )
     for name, is_on, after in rows:
-        if imgui.checkbox(name, is_on)[0]:
+        if switch(ui, name, is_on)[0]:
             commands.append(cmd.SetLook(after))
     return commands
 
@@ -117,11 +117,12 @@ def _line(color: theme.Rgba, weight: float) -> implot.Spec:
 
 
 def _numbers(state: AppState, ui: Ui) -> None:
+    right = imgui.get_cursor_pos_x() + imgui.get_content_region_avail().x  # before a scroll bar
     for name, value in {**ui.statistics, **_of_scene(state)}.items():
         with colored(ui.colors.muted):
             imgui.text_unformatted(name)
         width = imgui.calc_text_size(value).x
-        imgui.same_line(ui.layout.statistics.width - width - imgui.get_style().window_padding.x)
+        imgui.same_line(right - width)
         imgui.text_unformatted(value)
 
 

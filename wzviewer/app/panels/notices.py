@@ -5,10 +5,12 @@ from dataclasses import replace
 from wzviewer.app import commands as cmd
 from wzviewer.app.layout import Layout, Rect
 from wzviewer.app.panels.keep import draw_film
+from wzviewer.app.panels.start import WIDE_PT
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.toasts import draw_toasts
 from wzviewer.app.state import AppState
 
+NARROWEST_PT = 180.0  # notice
 FOOT_PT = 138.0  # below the statistics: a film in the making and one notice
 
 
@@ -33,7 +35,7 @@ def taken_on_the_left(state: AppState, layout: Layout) -> float:
 def notices_place(state: AppState, layout: Layout) -> Rect:
     """Returns where notices may stand: out of the way of the statistics, and of what is on the left."""
     if not state.has_document:
-        return replace(layout.toasts, y=layout.toolbar.y)  # there is no toolbar
+        return _beside_start(layout)
     if not state.panels.statistics:
         return layout.toasts
     beside = layout.toasts_beside
@@ -42,6 +44,14 @@ def notices_place(state: AppState, layout: Layout) -> Rect:
     column = layout.statistics
     height = min(FOOT_PT * layout.scale, column.height / 2)
     return replace(column, y=column.bottom - height, height=height)
+
+
+def _beside_start(layout: Layout) -> Rect:
+    """Right of the start page where that leaves room, else over its corner; there is no toolbar."""
+    toasts, gap = layout.toasts, layout.toolbar.y
+    room = (layout.window.width - WIDE_PT * layout.scale) / 2 - 2 * gap
+    width = min(toasts.width, room) if room >= NARROWEST_PT * layout.scale else toasts.width
+    return replace(toasts, x=toasts.right - width, y=gap, width=width)
 
 
 def draw_notices(state: AppState, ui: Ui, place: Rect) -> list[cmd.Command]:

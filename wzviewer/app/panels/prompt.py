@@ -129,7 +129,10 @@ def _line(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], bool]
     commands += [cmd.FocusPrompt(left - 1)] if left else []
     hints = AUTO_HINTS if state.settings.auto_detail else HINTS
     hint = next((h for h in hints if imgui.calc_text_size(h).x < rect.width - beside - ui.pt(34)), "")
+    padding = (imgui.get_style().frame_padding.x, (height - imgui.get_font_size()) / 2)
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, padding)  # as high as the buttons beside it
     changed, text, steps = _field(state, hint)
+    imgui.pop_style_var()
     commands += [cmd.ChooseOffer(step) for step in steps]
     if changed and not imgui.is_key_pressed(imgui.Key.escape):  # which would bring back the old text
         commands.append(cmd.EditPrompt(text))

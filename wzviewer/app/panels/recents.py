@@ -17,6 +17,7 @@ GAP_PT = 10.0
 PICTURE_PT = 92.0  # height
 ROW_PT = PICTURE_PT + 34.0
 HEAD_PT = 40.0
+FOOT_PT = 12.0  # of a row, below the names: not needed below the last one
 LEFTOVER_PT = 48.0
 TITLE_HEIGHT_PT = 274.0  # of the page without all this
 CROSS_PT = 24.0
@@ -28,7 +29,7 @@ def extra_height(state: AppState, ui: Ui) -> tuple[float, int]:
     room = ui.layout.window.height - ui.pt(TITLE_HEIGHT_PT + HEAD_PT + 32) - extra
     needed = -(-len(state.recents.files) // COLUMNS)
     rows = max(min(needed, int(room / ui.pt(ROW_PT))), 0)
-    return extra + (ui.pt(HEAD_PT + rows * ROW_PT) if rows else 0.0), rows
+    return extra + (ui.pt(HEAD_PT + rows * ROW_PT - FOOT_PT) if rows else 0.0), rows
 
 
 def draw_leftover(state: AppState, ui: Ui) -> list[cmd.Command]:

@@ -6,7 +6,7 @@ from typing import Any
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.panels.surface import Ui, choice, face, plate, small, tooltip
+from wzviewer.app.panels.surface import Ui, choice, face, plate, small, switch, tooltip
 from wzviewer.app.settings import Settings
 from wzviewer.app.state import AppState
 
@@ -15,6 +15,15 @@ THEMES = (("Dark", "dark"), ("Light", "light"))
 SIZES = (("Small", 14.0), ("Normal", 16.0), ("Large", 18.0), ("Huge", 20.0))
 KEYMAPS = (("wzviewer", "wzviewer"), ("Authors' release", "authors"))
 RASTERIZERS = (("Auto", "auto"), ("Graphics", "shaders"), ("Processor", "kernels"))
+
+SWITCHES = (
+    (
+        "Auto detail",
+        "auto_detail",
+        "Where the view rests and detail is missing, it is made without being asked for",
+    ),
+    ("Reduced motion", "reduced_motion", "Jump to other views instead of flying there"),
+)
 
 
 def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -28,8 +37,8 @@ def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
         with face(ui.fonts.bold):
             imgui.text_unformatted("Settings")
         rows: tuple[tuple[str, str, tuple[tuple[str, Any], ...]], ...] = (
-            ("Panels", "theme", THEMES),
-            ("Text", "font_pt", SIZES),
+            ("Theme", "theme", THEMES),
+            ("Size of the text", "font_pt", SIZES),
             ("Keys", "keymap", KEYMAPS),
             ("Drawn by, from the next start on", "rasterizer", RASTERIZERS),
         )
@@ -40,8 +49,9 @@ def draw_settings(state: AppState, ui: Ui) -> list[cmd.Command]:
                 tooltip("W A S D look around, V and B zoom, R makes detail, Z undoes")
             if picked is not None:
                 changes[key] = picked
-        for name, key in (("Auto detail", "auto_detail"), ("Reduced motion", "reduced_motion")):
-            is_changed, is_on = imgui.checkbox(name, getattr(now, key))
+        for name, key, about in SWITCHES:
+            is_changed, is_on = switch(ui, name, getattr(now, key))
+            tooltip(about)
             if is_changed:
                 changes[key] = is_on
     return [cmd.ChangeSettings(_changed(now, changes))] if changes else []

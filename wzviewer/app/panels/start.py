@@ -7,7 +7,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.recents import draw_leftover, draw_recents, extra_height
-from wzviewer.app.panels.surface import Ui, colored, face, plate, primary, shade
+from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primary, shade
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -18,7 +18,7 @@ WIDE_PT = 660.0  # with recent files
 def draw_start(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the start page."""
     _backdrop(ui)
-    return _page(state, ui)
+    return [] if state.panels.dialog else _page(state, ui)  # which would look out from behind the dialog
 
 
 def draw_start_over(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -38,12 +38,12 @@ def _page(state: AppState, ui: Ui) -> list[cmd.Command]:
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(32), ui.pt(28)))
     commands: list[cmd.Command] = []
-    with plate("start", rect, alpha=0.97 if state.has_document else 0.82, is_front=state.has_document):
+    with plate("start", rect, alpha=0.97 if state.has_document else 0.90, is_front=state.has_document):
         with face(ui.fonts.bold, theme.TITLE_PT):
             _centred("wzviewer")
         with colored(ui.colors.muted):
             _centred("One photograph becomes a 3D world to zoom into.")
-        commands += _drop_zone(ui, imgui.get_content_region_avail().x)
+        commands += _drop_zone(state, ui, imgui.get_content_region_avail().x)
         commands += _links(ui)
         commands += draw_leftover(state, ui) + draw_recents(state, ui, rows)
     imgui.pop_style_var()
@@ -66,12 +66,16 @@ def _backdrop(ui: Ui) -> None:
     draw.add_rect_filled_multi_color((0, 0), (window.width, window.height), top, top, bottom, bottom)
 
 
-def _drop_zone(ui: Ui, width: float) -> list[cmd.Command]:
+def _drop_zone(state: AppState, ui: Ui, width: float) -> list[cmd.Command]:
     imgui.dummy((1.0, ui.pt(10)))
     with primary(ui), face(ui.fonts.bold, 17.0):
         pressed = imgui.button(f"{icons.ICON_FA_IMAGE}   Open a photo", (width, ui.pt(52)))
-    with colored(ui.colors.muted):
-        _centred("or drop a photo or a scene anywhere on this window")
+    if state.errand is not None:
+        with colored(ui.colors.accent):
+            _centred(elided(f"{state.errand.line} …", width))
+    else:
+        with colored(ui.colors.muted):
+            _centred("or drop a photo or a scene anywhere on this window")
     imgui.dummy((1.0, ui.pt(8)))
     return [cmd.AskOpen()] if pressed else []
 

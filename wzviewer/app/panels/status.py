@@ -1,11 +1,13 @@
 """Bottom corners: a scale bar on the left, the magnification on the right."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 from imgui_bundle import icons_fontawesome_6 as icons
 from imgui_bundle import imgui
 
 from wzviewer.app import theme
+from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, elided, face, plate
 from wzviewer.app.panels.wording import UNIT, length_text, magnification_text
 from wzviewer.app.state import AppState
@@ -13,11 +15,9 @@ from wzviewer.app.theme import u32
 from wzviewer.core.navigation import scale_bar
 
 BAR_LIMIT_PT = 150.0
+PADDING_PT = 12.0
+FIGURE_PT = 20.0  # size of the magnification
 ABOUT_UNIT = f"1 {UNIT} is the median distance in the photo"
-SHADOW = (  # x and y, pt, and opacity
-    *((0.0, 1.0, 0.9), (0.0, -1.0, 0.5), (1.0, 0.0, 0.6), (-1.0, 0.0, 0.6)),
-    *((1.0, 1.0, 0.5), (-1.0, 1.0, 0.5), (1.0, -1.0, 0.3), (-1.0, -1.0, 0.3)),
-)
 FLAT = imgui.WindowFlags_.no_background.value | imgui.WindowFlags_.no_inputs.value
 
 
@@ -28,49 +28,56 @@ def draw_scale_bar(state: AppState, ui: Ui) -> None:
         return
     ratio = imgui.get_io().display_framebuffer_scale.x
     units_per_pt = view.camera.pixel_scale(view.focus_depth) * ratio
-    bar = scale_bar(units_per_pt, ui.pt(BAR_LIMIT_PT))
-    rect = ui.layout.scale_bar
-    with plate("scale bar", rect, FLAT):
-        draw = imgui.get_window_draw_list()
-        x, y, tick = rect.x + ui.pt(2), rect.bottom - ui.pt(9), ui.pt(6)
+    rect, text_pt = ui.layout.scale_bar, theme.SMALL_PT
+    bar = scale_bar(units_per_pt, min(ui.pt(BAR_LIMIT_PT), rect.width - ui.pt(2 * PADDING_PT)))
+    with plate("scale bar", rect, FLAT), face(ui.fonts.regular, text_pt):
+        text, draw = length_text(bar.length), imgui.get_window_draw_list()
+        width = max(bar.width_px, imgui.calc_text_size(text).x)
+        _ground(ui, replace(rect, width=width + ui.pt(2 * PADDING_PT)))
+        x, y, tick = rect.x + ui.pt(PADDING_PT), rect.bottom - ui.pt(11), ui.pt(6)
         points = ((x, y - tick), (x, y), (x + bar.width_px, y), (x + bar.width_px, y - tick))
-        for color, width in ((theme.SHADE, 4.0), (theme.ON_PICTURE, 1.6)):
-            for a, b in pairwise(points):
-                draw.add_line(a, b, u32(color), ui.pt(width))
-        with face(ui.fonts.regular, theme.SMALL_PT):
-            shadowed(ui, (x + ui.pt(1), y - ui.pt(26)), length_text(bar.length))
+        for a, b in pairwise(points):
+            draw.add_line(a, b, u32(ui.colors.text), ui.pt(1.6))
+        draw.add_text((x, rect.y + ui.pt(7)), u32(ui.colors.text), text)
 
 
 def draw_status(state: AppState, ui: Ui) -> None:
     """Draws the total magnification, and where one is."""
-    rect = ui.layout.status
+    rect, inset = ui.layout.status, ui.pt(PADDING_PT)
+    figure = magnification_text(max(state.view.magnification, 0.0))
     with plate("status", rect, FLAT):
-        text = magnification_text(max(state.view.magnification, 0.0))
-        with face(ui.fonts.bold, 20.0):
-            width = imgui.calc_text_size(text).x
-            shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(29)), text)
         with face(ui.fonts.regular, theme.SMALL_PT):
-            line = _line(state, rect.width - ui.pt(4))
-            width = imgui.calc_text_size(line).x
-            shadowed(ui, (rect.right - width - ui.pt(2), rect.bottom - ui.pt(47)), line, theme.ON_PICTURE)
+            line = status_line(state, rect.width - 2 * inset)
+            line_width = imgui.calc_text_size(line).x
+        with face(ui.fonts.bold, FIGURE_PT):
+            figure_width = imgui.calc_text_size(figure).x
+        width = max(line_width, figure_width) + 2 * inset
+        _ground(ui, replace(rect, x=rect.right - width, width=width))
+        draw, right = imgui.get_window_draw_list(), rect.right - inset
+        with face(ui.fonts.regular, theme.SMALL_PT):
+            draw.add_text((right - line_width, rect.y + ui.pt(4)), u32(ui.colors.muted), line)
+        with face(ui.fonts.bold, FIGURE_PT):
+            draw.add_text((right - figure_width, rect.y + ui.pt(20)), u32(ui.colors.text), figure)
 
 
-def _line(state: AppState, room: float) -> str:
+def _ground(ui: Ui, rect: Rect) -> None:
+    """As behind panels, as wide as what stands on it: straight on a bright picture nothing is readable."""
+    draw, corners = imgui.get_window_draw_list(), ((rect.x, rect.y), (rect.right, rect.bottom))
+    draw.push_clip_rect(*corners)  # imgui's own leaves out the edge
+    draw.add_rect_filled(*corners, u32(ui.colors.panel), ui.pt(theme.ROUNDING_PT))
+    draw.add_rect(*corners, u32(ui.colors.faint), ui.pt(theme.ROUNDING_PT), ui.pt(1))
+    draw.pop_clip_rect()
+
+
+def status_line(state: AppState, room: float) -> str:
     """Where one is, within a width; the name of the document is the title of the window, too."""
     count = len(state.scene.visible())
     has_auto = state.settings.auto_detail and count > 0
     auto = [f"{icons.ICON_FA_WAND_MAGIC_SPARKLES} auto detail"] if has_auto else []
     levels = [f"{count} levels"] if count > 1 else []
-    errand = [f"{state.errand.line} …"] if state.errand is not None else []
-    whole = " · ".join([*errand, *auto, state.name, *levels])
+    if state.errand is not None:  # for a moment, and what one waits for
+        return elided(f"{state.errand.line} …", room)
+    whole = " · ".join([*auto, state.name, *levels])
     if imgui.calc_text_size(whole).x <= room or not auto + levels:
         return elided(whole, room)
     return " · ".join(auto + levels)
-
-
-def shadowed(ui: Ui, at: tuple[float, float], text: str, color: theme.Rgba = theme.ON_PICTURE) -> None:
-    """Text straight on the picture, readable on any."""
-    draw = imgui.get_window_draw_list()
-    for dx, dy, alpha in SHADOW:
-        draw.add_text((at[0] + ui.pt(dx), at[1] + ui.pt(dy)), u32((0, 0, 0, 0.75), alpha), text)
-    draw.add_text(at, u32(color), text)

@@ -107,9 +107,10 @@ def plate(
 def shade(ui: Ui) -> bool:
     """Darkens all that was drawn before and keeps the mouse from it; returns whether it was clicked."""
     imgui.push_style_var(imgui.StyleVar_.window_rounding.value, 0.0)
+    imgui.push_style_var(imgui.StyleVar_.window_border_size.value, 0.0)
     with colored(ui.colors.shade, imgui.Col_.window_bg), plate("shade", ui.layout.window, is_front=True):
         is_clicked = imgui.is_window_hovered() and imgui.is_mouse_clicked(0)
-    imgui.pop_style_var()
+    imgui.pop_style_var(2)
     return is_clicked
 
 
@@ -197,6 +198,22 @@ def choice(
     return picked
 
 
+def switch(ui: Ui, name: str, is_on: bool) -> tuple[bool, bool]:
+    """A box to tick, as high as its text, with an edge: an empty one is seen, too.
+
+    Returns:
+        Whether it was pressed, and whether it is on now.
+    """
+    size = imgui.get_font_size()
+    imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (0.18 * size, 0.18 * size))
+    imgui.push_style_var(imgui.StyleVar_.frame_border_size.value, max(ui.pt(1), 1.0))
+    imgui.push_style_var(imgui.StyleVar_.frame_rounding.value, ui.pt(5))
+    with colored(ui.colors.muted, imgui.Col_.border):
+        pressed, is_on = imgui.checkbox(name, is_on)
+    imgui.pop_style_var(3)
+    return bool(pressed), bool(is_on)
+
+
 def tooltip(text: str) -> None:
     """Explains the last item after a moment."""
     if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal.value):
@@ -233,7 +250,7 @@ def picture(
     is_here: bool,
     opacity: float = 1.0,
 ) -> None:
-    """Draws a level's picture, cropped to a frame (x, y, width, height); a border says "here"."""
+    """Draws a level's picture, cropped to a frame (x, y, width, height); a bright edge says "here"."""
     x, y, width, height = rect
     draw = imgui.get_window_draw_list()
     if thumbnail is None:
@@ -243,5 +260,5 @@ def picture(
         u, v = (0.5 - 0.5 / excess, 0.0) if excess > 1 else (0.0, 0.5 - 0.5 * excess)
         corners = ((x, y), (x + width, y + height), (u, v), (1 - u, 1 - v))
         draw.add_image_rounded(thumbnail.ref, *corners, theme.u32((1, 1, 1, opacity)), ui.pt(5))
-    if is_here:
-        draw.add_rect((x, y), (x + width, y + height), theme.u32(ui.colors.accent), ui.pt(5), ui.pt(1.5))
+    edge, thickness = (ui.colors.accent, ui.pt(1.5)) if is_here else (ui.colors.faint, ui.pt(1))
+    draw.add_rect((x, y), (x + width, y + height), theme.u32(edge), ui.pt(5), thickness)

@@ -6,8 +6,8 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app.history import wording
 from wzviewer.app.keys import label_for
-from wzviewer.app.panels.surface import Ui, colored, plate, quiet, tooltip
-from wzviewer.app.settings import KeymapName
+from wzviewer.app.panels.notices import is_side_taken
+from wzviewer.app.panels.surface import Ui, colored, plate, tooltip
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -19,14 +19,14 @@ def draw_toolbar(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the toolbar."""
     commands: list[cmd.Command] = []
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(8), ui.pt(8)))
-    with plate("toolbar", ui.layout.toolbar), quiet():
+    with plate("toolbar", ui.layout.toolbar):
         for number, group in enumerate((_files(state), _history(state), _views(state))):
             if number:
                 _divider(ui)
             for place, button in enumerate(group):
                 if place:
                     imgui.same_line(0.0, ui.pt(2))
-                commands += _button(ui, button, _is_marked(state, button[2]), state.settings.keymap)
+                commands += _button(state, ui, button)
     imgui.pop_style_var()
     return commands
 
@@ -73,13 +73,22 @@ def _is_marked(state: AppState, command: cmd.Command) -> bool:
     return isinstance(command, cmd.ToggleAuto) and state.settings.auto_detail
 
 
-def _button(ui: Ui, button: Button, is_marked: bool, keymap: KeymapName) -> list[cmd.Command]:
+def _is_open(state: AppState, command: cmd.Command) -> bool:
+    """Whether the panel that a button opens is shown: a second press closes it."""
+    if not isinstance(command, cmd.Toggle) or (command.panel == "tree" and is_side_taken(state)):
+        return False
+    return bool(getattr(state.panels, command.panel))
+
+
+def _button(state: AppState, ui: Ui, button: Button) -> list[cmd.Command]:
     icon, what, command, is_enabled = button
+    ground = ui.colors.hover if is_enabled and _is_open(state, command) else (0.0, 0.0, 0.0, 0.0)
+    ink = ui.colors.accent if _is_marked(state, command) else ui.colors.text
     imgui.begin_disabled(not is_enabled)
-    with colored(ui.colors.accent if is_marked else ui.colors.text):
+    with colored(ink), colored(ground, imgui.Col_.button):
         pressed = imgui.button(f"{icon}##{icon}", (ui.pt(BUTTON_PT[0]), ui.pt(BUTTON_PT[1])))
     imgui.end_disabled()
-    key = label_for(command, keymap)
+    key = label_for(command, state.settings.keymap)
     tooltip(f"{what}   {key}" if key else what)
     return [command] if pressed else []
 

@@ -21,7 +21,7 @@ from wzviewer.core.scene import Scene
 ROW_PT, GAP_PT = 58.0, 4.0
 INDENT_PT = 12.0
 MAX_INDENT = 4  # deeper rows stay here, or the names would have no room
-PICTURE_PT = 70.0
+PICTURE_PT = 64.0
 EYE_PT = 26.0
 HIDDEN_ALPHA = 0.38  # of what is not seen
 
@@ -74,9 +74,7 @@ def _row(state: AppState, ui: Ui, row: Row, is_here: bool) -> list[cmd.Command]:
     picture(ui, ui.thumbnails.get(index), frame, is_here, opacity)
     has_eye = index > 0 and (is_hovered or state.scene.mark(index).sight != "shown")
     right, text_x = corner[0] - ui.pt(EYE_PT + 2 if has_eye else 4), x + ui.pt(PICTURE_PT + 9)
-    imgui.push_style_var(imgui.StyleVar_.alpha.value, opacity)
     _words(state, ui, row, text_x, at.y + ui.pt(10), right)
-    imgui.pop_style_var()
     # What lies on the row comes first: of items in one place the first one has the mouse.
     if state.renaming == index:
         commands += _rename(state, ui, index, (text_x - ui.pt(5), at.y + ui.pt(5)), corner[0])
@@ -200,13 +198,18 @@ def details_of(scene: Scene, index: int) -> str:
 def _words(state: AppState, ui: Ui, row: Row, x: float, y: float, right: float) -> None:
     draw, index = imgui.get_window_draw_list(), row.index
     level, is_making = state.scene[index], not state.scene.is_committed(index)
-    line = "in the making" if is_making else magnification_text(state.scene.magnification(index))
+    line = (
+        "in the making"
+        if is_making
+        else magnification_text(state.scene.magnification(index), right - x < ui.pt(95))
+    )
     if row.variants > 1:
         line += f" · {row.number} of {row.variants}"
     elif not is_making and right - x > ui.pt(95):
         line += f" · {count_text(len(level.surfels))}"
     with face(ui.fonts.regular):
-        draw.add_text((x, y), u32(ui.colors.text), elided(name_in(state.scene, index), right - x))
+        name = u32(ui.colors.text if row.is_seen else ui.colors.muted)  # not paler: it is there to be read
+        draw.add_text((x, y), name, elided(name_in(state.scene, index), right - x))
     with face(ui.fonts.regular, theme.SMALL_PT):
         color = ui.colors.accent if is_making else ui.colors.muted
         draw.add_text((x, y + ui.pt(20)), u32(color), elided(line, right - x))

@@ -14,10 +14,16 @@ STAGES = {  # of the paper, as the worker calls them, and what they are to someb
 UNIT = "u"  # the world unit: the median distance in the photo
 
 
-def magnification_text(value: float) -> str:
-    """Returns a magnification, such as ×1.4, ×64 or ×2.1 million."""
+def magnification_text(value: float, is_short: bool = False) -> str:
+    """Returns a magnification, such as ×1.4, ×64 or ×2.1 million; where there is little room ×262 k."""
     if value < 9.95:
         return f"×{value:.1f}"
+    if is_short and value >= 1e5:
+        return (
+            f"×{count_text(round(value))}"
+            if value < 1e9
+            else f"×{value:.0e}".replace("e+0", "e").replace("e+", "e")
+        )
     for limit, name, size in ((1e6, "", 1.0), (1e9, " million", 1e6), (1e12, " billion", 1e9)):
         if value < limit:
             scaled = value / size
