@@ -14,7 +14,7 @@ from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.stages.stage2_depth_registration import register
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
-from wzviewer.worker.stages.stage5_optimization import TargetView, optimize
+from wzviewer.worker.stages.stage5_optimization import ROOT_STEPS, STEPS, TargetView, optimize
 
 Check = Callable[[], None]
 
@@ -72,5 +72,6 @@ def optimize_level(draft: Draft, check: Check) -> Surfels:
         target, known = warp_view(draft.image, draft.relief, (), draft.camera, camera)
         views.append(TargetView(camera, target, known))
         check()
-    front = optimize(front, draft.image, draft.camera, draft.frame, views, on_step=lambda *_: check())
+    steps = STEPS if draft.path else ROOT_STEPS
+    front = optimize(front, draft.image, draft.camera, draft.frame, views, steps, on_step=lambda *_: check())
     return Surfels.concatenate([front, *layer_surfels(draft)])

@@ -104,9 +104,8 @@ def synthesize_level(
     parent = path[-1].index
 
     with clock.stage(1, "new scale image"):
-        seen = sharpened(
-            observe(path, camera, seed, report.check)
-        )  # lines 11, 12 and 20: O, S and the target depth
+        # lines 11, 12 and 20: O, S and the target depth
+        seen = sharpened(observe(path, camera, seed, report.check))
         report.level(preview_level(preview_image(seen, models, seed), index, parent, prompt, seed))
         upscaled = upscale_image(seen, models, seed, report.check)  # lines 13, 14
         draft = edit_image(upscaled, edit, models, seed, report.check)  # lines 15-19
