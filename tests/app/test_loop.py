@@ -45,7 +45,8 @@ def photo(tmp_path):
 
 
 def centre_of(picture):
-    return picture[130:300, 300:420].reshape(-1, 3).astype(float)
+    """Where no panel stands: between the hint and the progress."""
+    return picture[180:260, 300:420].reshape(-1, 3).astype(float)
 
 
 def test_sixty_frames_of_a_scripted_zoom(app, photo):
@@ -54,8 +55,8 @@ def test_sixty_frames_of_a_scripted_zoom(app, photo):
     app.run(None, 13)
     assert app.state.scene.is_committed(0)
     deep = app.window.read_pixels()
-    # the photo becomes 3D where it is: measured difference of the means 6 of 255
-    assert np.abs(centre_of(flat).mean(0) - centre_of(deep).mean(0)).max() < 15.0
+    # the photo becomes 3D where it is: measured difference of the means 0.36 of 255
+    assert np.abs(centre_of(flat).mean(0) - centre_of(deep).mean(0)).max() < 2.0
     for _ in range(6):
         app.do(cmd.Zoom(320.0, 240.0, 2.0))
         app.run(None, 4)

@@ -15,7 +15,7 @@ from wzviewer.app.panels.timeline import foot_height
 from wzviewer.app.prompting import with_vocabulary
 from wzviewer.app.recents import RecentFile, Recents
 from wzviewer.app.settings import Settings
-from wzviewer.app.state import Film, Panels, empty_state
+from wzviewer.app.state import Film, Panels, View, empty_state
 from wzviewer.app.theme import DARK, restyle
 from wzviewer.app.wishes import Queue
 from wzviewer.worker.models.builtin.objects import grammar
@@ -111,6 +111,17 @@ def test_no_plates_overlap(screen, name, size):
         assert min(rect.x, rect.y) >= -EDGE, (a, rect)
         assert rect.right <= size[0] + EDGE, (a, rect)
         assert rect.bottom <= size[1] + EDGE, (a, rect)
+
+
+@pytest.mark.parametrize("width", range(640, 1300, 60))
+def test_the_breadcrumb_ends_inside_the_window(screen, width):
+    scene = make_scene(MANY)
+    view = View.at_home(scene[0].camera, width, 480)
+    deep = replace(view, camera=scene[MANY - 1].camera.resized(width, 480))
+    state = state_with(scene, width, 480).with_view(deep)
+    there = shown(screen, state, (width, 480, 1.0), "breadcrumb")
+    assert all(rect.right <= width + EDGE for rect in there.values())
+    assert there or width < 760  # where it is left out; 700 is the last
 
 
 @pytest.mark.parametrize("size", [(1280, 800, 1.0), (1280, 720, 1.0), (2560, 1440, 2.0)])

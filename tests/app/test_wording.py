@@ -7,6 +7,7 @@ from imgui_bundle import imgui
 
 from tests.app.fakes import make_scene, state_with
 from wzviewer.app.errands import Errand
+from wzviewer.app.layout import arrange
 from wzviewer.app.overlays import PaletteView
 from wzviewer.app.panels.frame import is_asking
 from wzviewer.app.panels.status import status_line
@@ -59,3 +60,13 @@ def test_the_start_page_does_not_look_out_from_behind_a_dialog(screen):
         screen.frame(state)
     assert imgui.internal.find_window_by_name("start") is None
     assert imgui.internal.find_window_by_name("dialog").active
+
+
+def test_also_what_cannot_be_pressed_now_is_explained(screen):
+    bar = arrange(1280, 800, 1.0).toolbar
+    state = state_with(make_scene(1))
+    screen.move(bar.x + 8 + 106 + 15 + 17, bar.y + 23)  # Undo, of nothing
+    for _ in range(60):
+        screen.frame(state)
+    tips = [window for window in imgui.get_current_context().windows if window.name.startswith("##Tooltip")]
+    assert any(tip.active for tip in tips)

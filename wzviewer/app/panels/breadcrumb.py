@@ -47,6 +47,8 @@ def draw_breadcrumb(state: AppState, ui: Ui) -> list[cmd.Command]:
         magnification = magnification_text(max(state.view.magnification, 0.0))
         fixed = ui.pt(2 * BUTTON_PT[0] + 3 * GAP_PT + 16) + imgui.calc_text_size(magnification).x
         crumbs, width = chosen(state.scene, path, rect.width - fixed, ui)
+        if fixed + width > rect.width:
+            return []  # not even a picture has room
         imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(8), ui.pt(8)))
         with plate("breadcrumb", Rect(rect.x, rect.y, fixed + width, rect.height)):
             commands += _steps(state, ui)
@@ -65,17 +67,19 @@ def draw_breadcrumb(state: AppState, ui: Ui) -> list[cmd.Command]:
 def chosen(scene: Scene, path: list[int], room: float, ui: Ui) -> tuple[list[Crumb], float]:
     """Returns the crumbs of a path that are shown, and their width.
 
-    All with their names where there is room; else those between without; else the last ones of them.
+    All with their names where there is room; else those between without; else the last ones of them, and
+    these without names, too, where not even the last one fits.
     """
     bare = ui.pt(PICTURE_PT[0] + 8)
     names = {i: _width(ui, scene, i) for i in path}
     short = {i: names[i] if i in (path[0], path[-1]) else bare for i in path}
+    none = dict.fromkeys(path, bare)
     found: tuple[list[int], float] = ([], 0.0)
-    for widths in (names, short):
+    for widths in (names, short, none):
         found = fitting(path, [widths[i] for i in path], room, ui)
-        if found[0] == path:
+        if found[0] == path or (widths is short and found[1] <= room):
             break
-    return [Crumb(i, widths[i], widths is names or i in (path[0], path[-1])) for i in found[0]], found[1]
+    return [Crumb(i, widths[i], widths[i] > bare) for i in found[0]], found[1]
 
 
 def fitting(path: list[int], widths: list[float], room: float, ui: Ui) -> tuple[list[int], float]:

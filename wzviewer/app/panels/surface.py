@@ -215,9 +215,13 @@ def switch(ui: Ui, name: str, is_on: bool) -> tuple[bool, bool]:
 
 
 def tooltip(text: str) -> None:
-    """Explains the last item after a moment."""
-    if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal.value):
+    """Explains the last item after a moment, also one that cannot be pressed now."""
+    H = imgui.HoveredFlags_
+    if imgui.is_item_hovered(H.delay_normal.value | H.allow_when_disabled.value):
+        unit = imgui.get_font_size() / 16  # whatever the padding of the panel that the item is on
+        imgui.push_style_var(imgui.StyleVar_.window_padding.value, (10 * unit, 7 * unit))
         imgui.set_tooltip(text)
+        imgui.pop_style_var()
 
 
 def small(ui: Ui, text: str, color: theme.Rgba | None = None) -> None:
