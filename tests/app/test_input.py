@@ -1,6 +1,7 @@
 """Mouse and keyboard to commands."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from imgui_bundle import imgui
@@ -11,6 +12,10 @@ from wzviewer.app.input import WHEEL_LIMIT
 from wzviewer.app.keys import key_named
 from wzviewer.app.settings import Settings
 from wzviewer.app.state import Panels, empty_state
+from wzviewer.app.window import GlfwWindow
+from wzviewer.gl.context import import_glfw
+
+K = imgui.Key
 
 
 @pytest.fixture
@@ -218,3 +223,44 @@ def test_a_dialog_takes_escape_and_enter_only(screen, state):
     assert screen.press(asking, imgui.Key.g) == []
     assert screen.press(asking, imgui.Key.enter) == [cmd.SettleUnsaved("save")]
     assert screen.press(asking, imgui.Key.escape) == [cmd.Escape()]
+
+
+def test_a_shortcut_counts_when_ctrl_is_let_go_first_within_one_long_frame(screen):
+    glfw = import_glfw()
+    window = GlfwWindow.__new__(GlfwWindow)  # no display: only what follows keys
+    window._modifiers, window._fresh = {}, set()
+    window._glfw = SimpleNamespace(**{**vars(glfw), "get_key_name": lambda place, scancode: "a"})
+    screen.io.config_input_trickle_event_queue = True  # as in the app
+    text, selected = "ladybug", []
+
+    def draw(state, ui):
+        nonlocal text
+        imgui.set_keyboard_focus_here() if not selected else None
+        _, text = imgui.input_text("##line", text)
+        if found := imgui.internal.get_input_text_state(imgui.get_item_id()):
+            selected.append(abs(found.get_selection_end() - found.get_selection_start()))
+        return []
+
+    def event(place, key, is_down, held, mod=None):
+        """As glfw reports it: to the window, and then to imgui's own callback."""
+        window._on_key(None, place, 0, is_down, held)
+        if mod is not None:
+            screen.io.add_key_event(K.mod_ctrl, mod)
+        screen.io.add_key_event(key, bool(is_down))
+
+    state = empty_state(640, 420)
+    for _ in range(4):
+        screen.frame(state, draw)
+    for is_down in (True, False):  # the cursor goes to the end: nothing is selected
+        screen.io.add_key_event(K.end, is_down)
+        screen.frame(state, draw)
+    event(glfw.KEY_LEFT_CONTROL, K.left_ctrl, 1, 0, True)
+    screen.frame(state, draw)  # Ctrl is down when the long frame begins
+    assert selected[-1] == 0
+    event(glfw.KEY_A, K.a, 1, glfw.MOD_CONTROL)
+    event(glfw.KEY_LEFT_CONTROL, K.left_ctrl, 0, glfw.MOD_CONTROL, False)
+    event(glfw.KEY_A, K.a, 0, 0)
+    screen.frame(state, draw)
+    assert selected[-1] == len("ladybug")
+    screen.frame(state, draw)
+    assert not screen.io.key_ctrl

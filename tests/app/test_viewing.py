@@ -149,3 +149,15 @@ def test_the_magnification_of_a_fresh_view_is_one():
     view = View.at_home(Camera.initial(300, 200), 640, 420)
     assert view.magnification == pytest.approx(1.0)
     assert math.isclose(view.focus_depth, 1.0)
+
+
+def test_a_drag_on_the_sky_turns_what_stands_in_the_middle(services, state):
+    services.renderer.pick = lambda camera, x_px, y_px: (60.0 if y_px < 100.0 else 1.0, 0)
+    camera = state.view.camera
+    middle = camera.unproject(320.0, 210.0, 1.0)
+    state = apply(services, state, [cmd.BeginDrag("orbit", 320.0, 50.0), cmd.DragTo(420.0, 50.0)])
+    assert state.view.camera.to_camera(middle)[2] > 0.9
+    # Measured 0.7 px; about the sky itself it goes 3250 px.
+    assert np.allclose(state.view.camera.project(middle)[:2], [320.0, 210.0], atol=5.0)
+    side = state.view.camera.position - camera.position
+    assert np.linalg.norm(side) == pytest.approx(2 * math.sin(math.radians(35.0 / 6.4)), rel=0.1)

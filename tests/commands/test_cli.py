@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.core.builders import small_scene
-from wzviewer.cli import main
+from wzviewer.cli import VERBS, build_parser, main
 from wzviewer.core.files import save_scene
 from wzviewer.core.photos import encode_png
 
@@ -211,3 +211,16 @@ def test_models_list_says_what_can_be_asked_for_and_what_a_model_would_add(capsy
     for word in ("ladybug", "conch shell", "turquoise", "moss", "snow", "A downloaded model would add"):
         assert word in streams.out
     assert max(len(line) for line in streams.out.splitlines()) <= 100
+
+
+def test_every_option_says_what_it_does():
+    verbs = next(a for a in build_parser()._actions if a.dest == "verb")
+    assert set(verbs.choices) == set(VERBS)
+    pairs = [(name, action) for name, verb in verbs.choices.items() for action in verb._actions]
+    assert [(name, action.dest) for name, action in pairs if not action.help] == []
+    assert all(verb.description for verb in verbs.choices.values())
+
+
+def test_view_is_understood_as_open(capsys):
+    assert main(["view", "no-such.jpg"]) == 2
+    assert capsys.readouterr().err.startswith("error: no-such.jpg: no such file")

@@ -14,6 +14,7 @@ from wzviewer.core.navigation import Flight, ZoomSpring
 from wzviewer.core.types import DoubleArray
 
 ORBIT_RAD = math.radians(70.0)  # a drag across the width of the window
+BACKDROP = 2.0  # so much farther than the middle of the view is behind what one looks at
 CLICK_FACTOR = 2.83  # double click: half a level
 OUT_LIMIT = 0.25  # smallest magnification
 FLY_DEPTH = 3.0  # world units; at the pace of the sky one would be below the ground in a tenth of a second
@@ -56,9 +57,17 @@ def zoom(services: Services, state: AppState, command: cmd.Zoom) -> AppState:
 
 
 def begin_drag(services: Services, state: AppState, command: cmd.BeginDrag) -> AppState:
-    """Takes hold of the point under the cursor."""
-    view = state.view
+    """Takes hold of the point under the cursor.
+
+    A hand on the sky beside a flower wants to see the flower from the side: what lies far behind the middle
+    of the view is turned at the depth that is there, where turning about itself would throw it out of sight.
+    """
+    view, camera = state.view, state.view.camera
     pivot = point_at(services, state, command.x_px, command.y_px)
+    middle = point_at(services, state, camera.width / 2, camera.height / 2)
+    depth, near = (float(camera.to_camera(point)[2]) for point in (pivot, middle))
+    if command.kind == "orbit" and depth > BACKDROP * near > 0:
+        pivot = camera.unproject(command.x_px, command.y_px, near)
     drag = Drag(command.kind, view.camera, pivot, command.x_px, command.y_px)
     return state.with_view(replace(view, drag=drag, focus=pivot, flight=None, spring=ZoomSpring()))
 

@@ -209,6 +209,7 @@ class GlfwWindow:
         self.scale = self._imgui_scale()
         self.fonts = apply_theme(self.scale)
         self._modifiers: dict[imgui.Key, tuple[bool, bool]] = {}
+        self._fresh: set[imgui.Key] = set()  # pressed since the last frame
         self._glfw.set_drop_callback(self._window, self._on_drop)
         self._glfw.set_key_callback(self._window, self._on_key)  # before imgui's, which calls it
         address = ctypes.cast(self._window, ctypes.c_void_p).value
@@ -252,11 +253,21 @@ class GlfwWindow:
         self._dropped += [Path(p) for p in paths]
 
     def _on_key(self, window: object, place: int, scancode: int, action: int, held: int) -> None:
-        """A frame may be long: Ctrl can be let go in the same one in which the key was pressed."""
-        key = key_named(self._glfw.get_key_name(place, scancode) or "")
-        if key is not None and action == self._glfw.PRESS:
-            ctrl = self._glfw.MOD_SUPER if sys.platform == "darwin" else self._glfw.MOD_CONTROL
-            self._modifiers[key] = (bool(held & ctrl), bool(held & self._glfw.MOD_SHIFT))
+        """A frame may be long: Ctrl can be let go in the same one in which the key was pressed.
+
+        imgui takes one change of a key a frame: with the key let go first, Ctrl is held until the next.
+        """
+        glfw = self._glfw
+        modifiers = (glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL, glfw.KEY_LEFT_SUPER, glfw.KEY_RIGHT_SUPER)
+        if place in modifiers:
+            for key in self._fresh if action == glfw.RELEASE else ():
+                imgui.get_io().add_key_event(key, False)
+            return
+        name = key_named(glfw.get_key_name(place, scancode) or "")
+        if name is not None and action == glfw.PRESS:
+            ctrl = glfw.MOD_SUPER if sys.platform == "darwin" else glfw.MOD_CONTROL
+            self._modifiers[name] = (bool(held & ctrl), bool(held & glfw.MOD_SHIFT))
+            self._fresh.add(name)
 
     @property
     def modifiers(self) -> Modifiers:
@@ -279,6 +290,7 @@ class GlfwWindow:
 
     def begin(self, wait_s: float) -> Pulse:
         """Waits at most so long for input, and begins an imgui frame."""
+        self._fresh.clear()
         if wait_s > 0:
             self._glfw.wait_events_timeout(wait_s)
         else:
