@@ -8,8 +8,11 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     drawn_not_lettered,
     glossy,
     lawful_sigma,
+    regional_sigma,
     tone_damping,
+    woods,
 )
+from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.consistency import consistency_db, projected, psnr_db
 from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
 from wzviewer.worker.models.builtin.detail.library import TILE_PX, TileLibrary
@@ -92,6 +95,16 @@ def test_glitter_is_told_from_hair_and_from_light_ground():
     assert glossy(dark + specks).mean() > 0.8  # measured 1.0
     assert glossy(dark + hair).mean() < 0.2  # measured 0.0
     assert glossy(light + specks).max() == 0
+
+
+def test_leaves_from_afar_are_a_wood_and_leaves_with_contours_are_not():
+    afar = Region(0.3, 25, -8, 9, 7.5, 7.0, 8.1, 0.37, 0.75, 0.0)
+    near = Region(0.3, 33, -7, 31, 8.6, 12.4, 17.2, 0.44, 0.68, 0.0)
+    names = ("foliage", "foliage", "rock")
+    assert woods((afar, near, afar), names).tolist() == [True, False, False]
+    wood, leaf, stone = regional_sigma((afar, near, afar), names)
+    assert wood == pytest.approx(stone * 1.0 / 0.7)
+    assert leaf < wood
 
 
 def test_tone_damping_spares_black_and_white():

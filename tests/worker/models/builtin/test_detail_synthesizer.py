@@ -322,3 +322,16 @@ def test_a_picture_without_gloss_gets_no_new_label(synthesizer):
     observation = (np.float32([0.62, 0.42, 0.28]) * (1 + 0.9 * streaks[..., None])).astype(np.float32)
     context = Context(np.zeros((46, 68), np.uint8), ("fur",), (coat,), "brown fur")
     assert synthesizer.upscale(observation, 544, 368, context, WHOLE, 1, 7).names == ("fur",)
+
+
+@pytest.mark.parametrize("tone", [6, 20, 45])
+def test_a_shadow_does_not_go_black(synthesizer, tone):
+    observation = np.full((ROWS, COLUMNS, 3), tone / 255, np.float32)
+    stone = Region(1.0, 10, 0, 0, 12.0, 12.0, 11.0, 0.4, 0.5, 0.0)
+    context = Context(np.zeros((ROWS, COLUMNS), np.uint8), ("granite",), (stone,), "crystals", 2)
+    photograph = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 1, 7)
+    deeper = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 3, 7)
+    contrast = 255 * deeper.image.mean(2).std() / tone
+    assert 0.1 < contrast < 0.45  # measured 0.28, 0.14, 0.11
+    assert deeper.consistency_db > 42  # measured 45.1 to 54.0
+    assert photograph.image.std() < deeper.image.std()  # a photograph's own blacks stay as they are

@@ -26,11 +26,17 @@ LAW_GAIN = 1.3 * 1.43  # 1.0 matches the statistics of photographs, 1.3 looks be
 NOISE_RMS = 0.6
 """What a clean photograph's noise and compression leave in its finest octave, in grey levels."""
 NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
-REGIONAL_SHARE = 0.7
+REGIONAL_SHARE, WOOD_SHARE = 0.7, 1.0
 """Least detail of a place, as a share of what the law gives to its whole region."""
+LEAST_IN_WOOD = 0.6
+"""What remains of that where a wood looks lettered: light crowns in dark gaps are two tones, too."""
+WOOD_SPREAD = 1.5
+"""Below this ratio of the octaves leaves are a texture, above it they are things with contours."""
 GLITTER_PX = 5.0
 WET_TONE = 85.0
 """In grey levels: half of what is this dark may be `glossy`."""
+SHADE_GAIN, MOST_IN_SHADE = 1.2, 0.4
+"""Beyond the photograph a shadow has more contrast for its light, up to a share of it, or it is black."""
 PROMPTED_FLOOR = 0.05
 """Least contrast, as a share of the luminance, where a prompt names the material."""
 
@@ -62,7 +68,14 @@ def regional_sigma(regions: tuple[Region, ...], names: tuple[str, ...]) -> Float
     fine = np.array([region.fine for region in regions], np.float32)
     wide = np.array([max(region.middle, region.fine) for region in regions], np.float32)
     grown = np.array([name in NATURAL for name in names], np.float32)
-    return np.float32(REGIONAL_SHARE) * grown * law(fine, wide)
+    share = np.where(woods(regions, names), np.float32(WOOD_SHARE), np.float32(REGIONAL_SHARE))
+    return share * grown * law(fine, wide)
+
+
+def woods(regions: tuple[Region, ...], names: tuple[str, ...]) -> BoolArray:
+    """Returns ``(n,)``: which regions are leaves from afar, one dense texture."""
+    dense = [region.wide < WOOD_SPREAD * (region.fine + 0.1) for region in regions]
+    return np.array(dense) & np.array([name == "foliage" for name in names])
 
 
 def texture_evidence(plane: FloatArray) -> FloatArray:
@@ -95,7 +108,12 @@ def edge_damping(plane: FloatArray) -> FloatArray:
 
 def tone_damping(plane: FloatArray) -> FloatArray:
     """Returns 0.2..1: little detail in the black and in the burnt-out, where it could only be clipped."""
-    return ramp(plane, 0, 20).clip(0.25, 1) * ramp(262 - plane, 0, 40).clip(0.2, 1)
+    return ramp(plane, 0, 20).clip(0.25, 1) * bright_damping(plane)
+
+
+def bright_damping(plane: FloatArray) -> FloatArray:
+    """Returns 0.2..1: little detail in the burnt-out."""
+    return ramp(262 - plane, 0, 40).clip(0.2, 1)
 
 
 def glossy(plane: FloatArray) -> FloatArray:
@@ -135,6 +153,7 @@ def sigma_map(
     floor: FloatArray,
     ceiling: FloatArray,
     regional: FloatArray,
+    wood: FloatArray,
     truthful: bool,
 ) -> FloatArray:
     """Returns the RMS of the detail, ``(h, w)`` in grey levels, at the observation's size.
@@ -145,11 +164,18 @@ def sigma_map(
         floor: ``(h, w)`` least contrast of the material, as a share of the luminance.
         ceiling: ``(h, w)`` most that the material may have, in grey levels.
         regional: ``(h, w)`` of `regional_sigma`; not where there are letters.
+        wood: ``(h, w)`` 1 in `woods`, where there are none.
         truthful: the observation is a photograph: where it shows no texture, the floor does not apply.
     """
     floor_sigma = floor * np.maximum(plane, 24)
     if truthful:
         floor_sigma *= np.float32(0.25) + np.float32(0.75) * ramp(texture_evidence(plane), 0.8, 2.0)
-    texture = np.maximum(lawful_sigma(plane), regional * widely_blurred(drawn_not_lettered(plane), 8.0))
-    sigma = np.sqrt(np.square(gain * texture) + np.square(floor_sigma))
-    return np.minimum(sigma, ceiling) * tone_damping(plane) * edge_damping(plane)
+    else:
+        floor_sigma *= 1 + np.float32(SHADE_GAIN) * (1 - ramp(plane, 30, 60))
+    grown = np.maximum(widely_blurred(drawn_not_lettered(plane), 8.0), np.float32(LEAST_IN_WOOD) * wood)
+    texture = np.maximum(lawful_sigma(plane), regional * grown)
+    sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)
+    if truthful:
+        return sigma * tone_damping(plane) * edge_damping(plane)
+    shade = np.float32(MOST_IN_SHADE) * plane + np.float32(0.8)
+    return np.minimum(sigma * bright_damping(plane) * edge_damping(plane), shade)

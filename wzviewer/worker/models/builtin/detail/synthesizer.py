@@ -16,6 +16,7 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     regional_sigma,
     sigma_map,
     wet_places,
+    woods,
 )
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
@@ -80,6 +81,7 @@ class _Job:
     level: int
     prompted: bool
     regional_sigma: FloatArray  # per name
+    wood: FloatArray  # per name, 1 or 0
     tints: FloatArray  # (names, 2): a* and b* of the regions
     grain_rms: float
     seeds: tuple[int, ...]
@@ -225,6 +227,7 @@ class DetailSynthesizer:
             level=level,
             prompted=prompted is not None,
             regional_sigma=_regional(context, names, level),
+            wood=_wood(context, names),
             tints=_tints(context, names),
             grain_rms=grain_rms(context) if level <= 1 else 0.0,
             seeds=seeds,
@@ -263,7 +266,8 @@ class DetailSynthesizer:
             stretched(gain, *job.work_size), 1e-3
         )
         regional = area_down(_spread(place, job.regional_sigma), width, height)
-        sigma = sigma_map(plane, gain, floor, ceiling, regional, truthful)
+        wood = area_down(_spread(place, job.wood), width, height) if job.wood.any() else np.zeros_like(plane)
+        sigma = sigma_map(plane, gain, floor, ceiling, regional, wood, truthful)
         if truthful:  # no strands over an eye or a nose
             strands = np.array([name in GRAINS for name in job.names], np.float32)
             if strands[list(place.shares)].any():
@@ -321,6 +325,13 @@ def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArra
     table = np.zeros(len(names), np.float32)
     if level <= 1 and _of_context(names, context):
         table[: len(context.regions)] = regional_sigma(context.regions, context.materials)
+    return table
+
+
+def _wood(context: Context, names: tuple[str, ...]) -> FloatArray:
+    table = np.zeros(len(names), np.float32)
+    if _of_context(names, context):
+        table[: len(context.regions)] = woods(context.regions, context.materials)
     return table
 
 
