@@ -20,6 +20,7 @@ from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.errors import WorkerError
 from wzviewer.worker.draft import Draft, visible_parts
 from wzviewer.worker.levels import context_of
+from wzviewer.worker.metres import metres_of
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Support
@@ -213,7 +214,8 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     """I = Edit(I', U) (lines 15-19); objects of coarser levels are drawn again, finer."""
     camera = draft.camera
     ray = ((camera.width / 2 - camera.cx) / camera.fx, (camera.height / 2 - camera.cy) / camera.fy)
-    support = Support(draft.relief, camera.focal_px, *ray, sky=draft.sky)
+    metres = metres_of(draft.path[0], camera, draft.frame, draft.relief, draft.sky)
+    support = Support(draft.relief, camera.focal_px, *ray, sky=draft.sky, metres_per_px=metres)
     for level in draft.path:
         draft = _redrawn(draft, level, models, support, seed, check)
     if not edit:

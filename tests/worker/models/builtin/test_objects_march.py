@@ -97,7 +97,8 @@ def test_what_is_said_of_the_other_groups_is_never_too_far(points):
     for p in points[:40] * 0.5:
         _, who, others = whole_field(P, ids, *map(float, p), body.outlines)
         rest = ids[P[:, 29] != P[who, 29]]
-        assert others <= field(P, rest, *map(float, p), body.outlines)[0] + 1e-9
+        # Of what melts together the nearest part; `field` itself may say less, from bounding balls.
+        assert others <= min(distance(P, i, *map(float, p), body.outlines) for i in rest) + 1e-9
 
 
 @njit
@@ -166,3 +167,38 @@ def test_every_body_stands_on_its_ground(name):
     lowest = np.nanmin(relief) / 60
     assert mask.any()
     assert -0.025 < lowest < 0.0  # body lengths, sunk in a little; measured -.0165 to -.003
+
+
+tight = njit(lambda P, i, x, y, z: primitives.tighter(P, i, x, y, z, -primitives.FAR))
+near = njit(lambda P, ids, x, y, z, T, far: primitives.gap(P, ids, 0, ids.shape[0], x, y, z, T, -1, far))
+
+
+def test_a_chord_is_never_farther_than_its_tube(points):
+    body = BUILDERS["bee"](np.random.default_rng(1), bodies.Tint())
+    P, T = body.primitives, body.outlines
+    for i in np.flatnonzero(P[:, 0] == primitives.BEZIER)[::9]:
+        for p in P[i, 30:33] + points * P[i, 33]:
+            assert tight(P, i, *p) <= distance(P, i, *p, T) - P[i, 2] + 1e-9
+
+
+def test_a_box_holds_its_loft(points):
+    """Beyond its surface a loft's distance is a bound itself, so the surface is what counts."""
+    body = BUILDERS["starfish"](np.random.default_rng(1), bodies.Tint())
+    P, T, inside = body.primitives, body.outlines, 0
+    for i in np.flatnonzero(P[:, 0] == primitives.LOFT):
+        for p in P[i, 30:33] + points * 0.3 * P[i, 33]:
+            if distance(P, i, *p, T) < 0:
+                inside += 1
+                assert tight(P, i, *p) <= -P[i, 2] + 1e-9
+    assert inside > 50
+
+
+@pytest.mark.parametrize("name", ["bee", "starfish"])
+def test_a_gap_is_the_field_up_to_its_limit(name, points):
+    body = BUILDERS[name](np.random.default_rng(1), bodies.Tint())
+    P, T, ids = body.primitives, body.outlines, np.arange(len(body.primitives))
+    for p in points:
+        want = field(P, ids, *p, T)[0]
+        assert near(P, ids, *p, T, primitives.FAR) == pytest.approx(want, abs=1e-12)
+        # What melts into the next thing is cut by up to a sixth of the width it melts over, .08.
+        assert near(P, ids, *p, T, 0.1) == pytest.approx(min(want, 0.1), abs=0.014)

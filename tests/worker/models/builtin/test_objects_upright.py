@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
+from wzviewer.worker.models.builtin.objects.editor import ObjectEditor
+from wzviewer.worker.models.builtin.objects.footing import footing
 from wzviewer.worker.models.builtin.objects.grammar import NO_TINT
 from wzviewer.worker.models.builtin.objects.inserting import body_of
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support, lift_onto, pose_on
 
 SIZE = (240, 360)
+EDITOR = ObjectEditor()
 
 
 def leaning(name, slope_y):
@@ -27,3 +30,34 @@ def test_a_cat_stands_before_a_wall_as_on_the_ground(slope_y):
 
 def test_a_beetle_follows_its_wall():
     assert leaning("beetle", 0.0) > 0.5  # measured 0.78: it creeps on it
+
+
+def corner(at=140):
+    """A wall above, a floor below it that comes towards the viewer: the relief of an empty room."""
+    y = np.mgrid[0 : SIZE[0], 0 : SIZE[1]][0].astype(np.float32)
+    return np.where(y < at, 0.0, -3.0 * (y - at)).astype(np.float32)
+
+
+def test_what_was_asked_for_before_a_wall_stands_on_the_floor_below():
+    x, y = footing(Support(corner(), 1024.0), (180.0, 120.0), 90.0)
+    assert abs(x) < 3
+    assert 20 <= y <= 40  # measured 33: past the edge, which is soft, with the whole foot
+
+
+def test_what_stands_on_a_floor_stays_there():
+    assert footing(Support(corner(), 1024.0), (180.0, 180.0), 90.0) == (0.0, 0.0)
+
+
+def test_where_no_floor_is_near_nothing_moves():
+    assert footing(Support(corner(235), 1024.0), (180.0, 60.0), 90.0) == (0.0, 0.0)
+
+
+def test_the_cat_in_the_picture_stands_on_the_floor():
+    image = np.full((*SIZE, 3), 0.5, np.float32)
+    support = Support(corner(), 1024.0)
+    result = EDITOR.apply(EDITOR.parse("a small cat"), image, support, 1)
+    y, x = np.nonzero(result.object_mask)
+    feet = y > y.max() - 6
+    gap = (support.relief[y, x] - result.object_relief[y, x])[feet]
+    assert y.max() > 145
+    assert np.abs(np.median(gap)) < 15.0  # measured 10.4: 3.5 px of picture on a floor this flat

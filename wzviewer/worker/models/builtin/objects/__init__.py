@@ -12,7 +12,9 @@
         │    substances                        the same body in gold, wood, stone, glass, moss
         ▼
     places       "on the sunflower" -> a spot in the picture, by its look
+        │          sizes    natural sizes against metres a pixel, and what is still seen
     placement    relief of the support -> pose (tilt, heading, size), contact
+        │          footing  what stands goes to the nearest surface that faces up
         ▼
     render ── thin         hairs widened to a pixel, balls that hold thin parts
       ├────── march        ONE compiled interpreter of the arrays: rays -> hits; occlusion, shadows

@@ -279,6 +279,7 @@ class Pen:
         row[34] = 2.0 * (y[-1] - y[0]) / baking.SIZE
         low = np.array([(sheet[0] - sheet[2]).min(), y[0], (sheet[1] - sheet[4]).min()])
         high = np.array([(sheet[0] + sheet[2]).max(), y[-1], (sheet[1] + sheet[3]).max()])
+        row[18:22] = low[0], high[0], low[2], high[2]
         turned = (np.eye(3) if axes is None else axes).T @ ((low + high) / 2)
         self._bound(row, np.asarray(centre) + turned, float(np.linalg.norm(high - low)) / 2)
 

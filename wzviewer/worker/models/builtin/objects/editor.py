@@ -20,6 +20,7 @@ from wzviewer.worker.models.builtin.objects.lighting import Light
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, dew_of, unchanged
 from wzviewer.worker.models.builtin.objects.placement import Support
 from wzviewer.worker.models.builtin.objects.places import Spot, View, cover_of, spots
+from wzviewer.worker.models.builtin.objects.sizes import metres_at, share_of
 from wzviewer.worker.models.builtin.objects.weather import changed_by, dew_on
 from wzviewer.worker.models.builtin.objects.words import SMALL
 
@@ -86,7 +87,7 @@ class ObjectEditor:
         told: list[dict[str, object]] = []
         number = 0
         for request in edit.objects:
-            where, found = _spots(request, view, image.shape[:2], seed)
+            where, found = _spots(request, view, geometry, (h, w), seed)
             if request.place:
                 told.append({"object": request.name, "place": " ".join(request.place), "found": found})
             for centre, width in where:
@@ -129,7 +130,9 @@ class ObjectEditor:
         sky = geometry.sky
         if sky is not None:
             sky = cv2.resize(sky.astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
-        support = Support(relief, geometry.focal_px * factor, geometry.ray_x, geometry.ray_y, sky)
+        metres = geometry.metres_per_px
+        metres = None if metres is None else metres / np.float32(factor)
+        support = Support(relief, geometry.focal_px * factor, geometry.ray_x, geometry.ray_y, sky, metres)
         thumb = cv2.resize(image, small, interpolation=cv2.INTER_AREA)
         return _enlarged(self.apply(edit, thumb, support, seed, check, light), thumb, image)
 
@@ -180,25 +183,36 @@ def _weathered(result: EditResult, change: Change, relief: FloatArray, seed: int
     return replace(result, image=image, placements=kept)
 
 
-def _spots(request: Request, view: View, shape: tuple[int, ...], seed: int) -> tuple[list[Spot], bool]:
+def _spots(
+    request: Request, view: View, geometry: Support, shape: tuple[int, int], seed: int
+) -> tuple[list[Spot], bool]:
     """Returns (centre px, width px) of each copy, and whether the place of the prompt was found."""
-    h, w = shape[0], shape[1]
+    h, w = shape
     centre = (w * (0.5 + request.offset[0]), h * (0.5 + request.offset[1]))
+    usual = request.size * w * request.count**-0.5
+
+    def natural(x: float, y: float) -> float:
+        metres = metres_at(geometry.metres_per_px, shape, x, y)
+        return min(share_of(request.name, request.size, metres, shape) * w, usual)
+
+    width = natural(*centre)
     if request.count == 1 and request.hovers and not request.place:
-        return [(centre, request.size * w)], False
-    width = request.size * w * request.count**-0.5
+        return [(centre, width)], False
     fits = (request.name in SMALL and not request.sized) or request.submerged
-    return spots(
+    found, known = spots(
         request.place,
         request.relation,
         centre,
         width,
         view,
-        (h, w),
+        shape,
         count=request.count,
-        fits=fits,
+        usual_px=usual if fits else None,
         seed=seed,
     )
+    if fits and known:  # a flower or a leaf says how large an insect is
+        return found, known
+    return [(at, min(body * natural(*at) / width, usual)) for at, body in found], known
 
 
 def _enlarged(small: EditResult, thumb: FloatArray, image: FloatArray) -> EditResult:

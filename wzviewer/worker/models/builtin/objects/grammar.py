@@ -38,6 +38,7 @@ from wzviewer.worker.models.builtin.objects.words import (
     SUBSTANCES,
     SURFACES,
     USUAL_AMOUNT,
+    USUAL_SIZE,
     VERBS,
     WATERS,
     WHERE,
@@ -48,7 +49,6 @@ from wzviewer.worker.models.builtin.objects.words import (
 __all__ = ["COLORS", "Change", "Edit", "Request", "known_words", "parse"]
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
-DEFAULT_SIZE = 0.40
 NO_TINT = Tint()
 _ARTICLES = {"a", "an", "the", "and"}
 _SEPARATORS = {"and", ",", ";", "&", "+"}
@@ -83,7 +83,7 @@ class Request:
 
     name: str
     count: int = 1
-    size: float = DEFAULT_SIZE
+    size: float = USUAL_SIZE
     tint: Tint = NO_TINT
     offset: tuple[float, float] = (0.0, 0.0)
     path: str = ""
@@ -258,7 +258,7 @@ def _phrase(prompt: str, words: list[str]) -> tuple[Request, list[Change]]:
     request = Request(
         name,
         count,
-        size or DEFAULT_SIZE,
+        size or USUAL_SIZE,
         _tint(qualities + brought),
         _offset(place),
         place=tuple(w for w in place if w in SURFACES or w in COLORS),

@@ -9,6 +9,7 @@ import numpy as np
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.objects import composite, cutout, placement
 from wzviewer.worker.models.builtin.objects.bodies import Body, Tint
+from wzviewer.worker.models.builtin.objects.footing import footing
 from wzviewer.worker.models.builtin.objects.grammar import Request
 from wzviewer.worker.models.builtin.objects.lighting import (
     Environment,
@@ -57,7 +58,7 @@ def insert(
     body = body_of(name, seed, request.tint)
     height = _HOVER if request.hovers else 0.0
     rng = np.random.default_rng([seed, 5])
-    pose, plane = placement.pose_on(body, geometry, centre, width_px, rng)
+    pose, plane = _posed(body, geometry, centre, width_px, rng, stands=height == 0 and not request.submerged)
     bounce = _surroundings(result.image, centre, width_px)
     lift = placement.lift_onto(pose, plane)
     pose = placement.hovering(pose, height)
@@ -95,6 +96,28 @@ def insert(
     if water is not None:
         picture = composite.rippled(picture, result.image, alpha)
     return merged(result, picture, relief, mask, alpha, gain, placed)
+
+
+def _posed(
+    body: Body,
+    geometry: Support,
+    centre: tuple[float, float],
+    width_px: float,
+    rng: np.random.Generator,
+    *,
+    stands: bool,
+) -> tuple[Pose, Plane]:
+    """Returns a pose and the plane under it; what is upright is moved to the nearest footing."""
+    state = rng.bit_generator.state
+    pose, plane = placement.pose_on(body, geometry, centre, width_px, rng)
+    if not stands or not placement.is_upright(pose):
+        return pose, plane
+    x, y = footing(geometry, pose.position[:2], width_px)
+    if x or y:
+        rng.bit_generator.state = state
+        moved = (centre[0] + x, centre[1] + y)
+        pose, plane = placement.pose_on(body, geometry, moved, width_px, rng)
+    return pose, placement.fit_plane(geometry, *pose.position[:2], 0.25 * width_px)
 
 
 def drowned(layer: Layer, water: tuple[float, float, float] | None) -> Layer:

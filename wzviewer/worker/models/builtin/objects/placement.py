@@ -33,6 +33,8 @@ class Support:
         ray_x: slope of the ray of the image centre, (w/2 - cx) / f.
         ray_y: the same in y.
         sky: (h, w) where nothing can stand; None if unknown.
+        metres_per_px: what a pixel is worth over the view, of any size, nan where nothing stands; None if
+            the picture says nothing about it.
     """
 
     relief: FloatArray
@@ -40,6 +42,7 @@ class Support:
     ray_x: float = 0.0
     ray_y: float = 0.0
     sky: BoolArray | None = None
+    metres_per_px: FloatArray | None = None
 
     def ray_at(self, x: float, y: float) -> tuple[float, float]:
         """Returns the slope of the ray through a pixel."""
@@ -173,16 +176,22 @@ def _extent(body: Body, pose: Pose) -> tuple[DoubleArray, DoubleArray, float]:
     return low, high, float(core)
 
 
+def is_upright(pose: Pose) -> bool:
+    """Tells whether a body stands in the picture, so that its own ground is seen at a flat angle."""
+    return bool(np.hypot(*_own_slope(pose)) > _UPRIGHT)
+
+
+def _own_slope(pose: Pose) -> DoubleArray:
+    """Returns (2,) how steeply a body's own ground rises against its relief, px of relief a px."""
+    n = pose.camera_from_object[:, 2]
+    return np.asarray(n[:2] / (n @ np.array([pose.ray[0], pose.ray[1], 1.0])))
+
+
 def lift_onto(pose: Pose, plane: Plane) -> Plane:
     """Returns what to add to the marched relief so that the body's own ground becomes the fitted plane."""
-    n = pose.camera_from_object[:, 2]
-    down = n @ np.array([pose.ray[0], pose.ray[1], 1.0])
     x, y, z = pose.position
-    own = n[:2] / down
-    slope = np.array([plane.slope_x, plane.slope_y]) + own
-    if (
-        np.hypot(*own) > _UPRIGHT
-    ):  # it stands: laid onto a wall it would lean as far as the wall is from lying
+    slope = np.array([plane.slope_x, plane.slope_y]) + _own_slope(pose)
+    if is_upright(pose):  # laid onto a wall it would lean as far as the wall is from lying
         slope *= min(1.0, _LEAN / max(float(np.hypot(*slope)), 1e-9))
     return Plane(x, y, float(plane(np.float64(x), np.float64(y))) - z, float(slope[0]), float(slope[1]))  # type: ignore[arg-type]
 

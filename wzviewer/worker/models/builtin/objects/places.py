@@ -215,7 +215,7 @@ def spots(
     shape: tuple[int, int],
     *,
     count: int = 1,
-    fits: bool = False,
+    usual_px: float | None = None,
     seed: int = 0,
 ) -> tuple[list[Spot], bool]:
     """Returns where bodies go, ((x, y) px, width px) each, and whether the place was found.
@@ -228,12 +228,12 @@ def spots(
         view: the picture.
         shape: (h, w) of the picture.
         count: how many.
-        fits: whether bodies are made as small as the place asks.
+        usual_px: from which bodies are made as small as the place asks; None if they are not.
         seed: of the disorder of several.
     """
     look = look_of(place, view)
     ratio = view.hue.shape[1] / shape[1]
-    small = width_px * ratio * (_SHRUNK if fits else 1.0)
+    small = (width_px if usual_px is None else _SHRUNK * usual_px) * ratio
     footprint = max(0.20 * small, 1.0)
     found = False
     if look is not None:
@@ -251,7 +251,9 @@ def spots(
         share = share * np.clip(1 - 3 * cv2.GaussianBlur(over_sky, (0, 0), footprint), 0.02, 1)
     scored = share * (0.70 + 0.30 * view.near) * _prior(share.shape, wanted, ratio, count)
     room = _room(look)
-    ample = np.clip(room / (_ROOMY * width_px * ratio), 0.2, 1) if fits and found else np.ones_like(share)
+    ample = np.ones_like(share)
+    if usual_px is not None and found:
+        ample = np.clip(room / (_ROOMY * usual_px * ratio), 0.2, 1)
     scored = scored * ample
     rng = np.random.default_rng([seed, 77])
     if count > 1:
@@ -265,14 +267,16 @@ def spots(
         if count == 1 and _at(share * ample, wanted, ratio) > _GOOD:  # what is looked at is the place
             centre, x, y = wanted, int(wanted[0] * ratio), int(wanted[1] * ratio)
         body = width_px * (1.0 if count == 1 else rng.uniform(0.85, 1.15))
-        if fits and found:
-            body = float(np.clip(room[y, x] / ratio, _SHRUNK * body, _ROOMY * body))
+        if usual_px is not None and found:
+            fitted = np.clip(room[y, x] / ratio, _SHRUNK * usual_px, _ROOMY * usual_px)
+            body *= float(fitted) / width_px
         taken.append((centre, float(body)))
         far = np.hypot(columns - x, rows - y) / (1.15 * max(width_px * ratio, 1.0))
         scored = scored * (1 - np.exp(-(far**4)))
     if _crowded(taken) and width_px > 8:
         again = 0.8 * width_px
-        return spots(place, relation, wanted, again, view, shape, count=count, fits=fits, seed=seed)
+        fitted = None if usual_px is None else 0.8 * usual_px
+        return spots(place, relation, wanted, again, view, shape, count=count, usual_px=fitted, seed=seed)
     return sorted(taken, key=lambda s: s[0][1]), found
 
 

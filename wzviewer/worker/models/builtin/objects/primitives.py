@@ -20,13 +20,17 @@ from wzviewer.worker.models.builtin.objects.noise import JIT
 ELLIPSOID, DOME, CONE, BOX, CYLINDER, BEZIER, CARD, LOFT, SPIRAL, PRISM, TORUS = range(11)
 ROW = 36
 FAR = 1.0e9
+LOFT_STEP = 0.72  # of the first-order distance to a loft, which is a bound then
 
 
 @njit(**JIT)
 def ellipsoid_distance(x: float, y: float, z: float, a: float, b: float, c: float) -> float:
     """Returns the first-order distance to an ellipsoid: k0 (k0 - 1) / k1 (Quilez)."""
-    k0 = sqrt((x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2)
-    k1 = sqrt((x / (a * a)) ** 2 + (y / (b * b)) ** 2 + (z / (c * c)) ** 2)
+    p, q, r = 1.0 / a, 1.0 / b, 1.0 / c
+    x, y, z = x * p, y * q, z * r
+    k0 = sqrt(x * x + y * y + z * z)
+    x, y, z = x * p, y * q, z * r
+    k1 = sqrt(x * x + y * y + z * z)
     if k1 < 1e-9:
         return -min(a, min(b, c))
     return k0 * (k0 - 1.0) / k1
@@ -88,6 +92,45 @@ def bezier_distance(P: np.ndarray, i: int, x: float, y: float, z: float) -> floa
 
 
 @njit(**JIT)
+def chord_bound(P: np.ndarray, i: int, x: float, y: float, z: float) -> float:
+    """Returns a cheap lower bound of the distance to a Bezier tube: to its chord, less how far it bends."""
+    ax, ay, az = x - P[i, 16], y - P[i, 17], z - P[i, 18]
+    bx, by, bz = P[i, 22] - P[i, 16], P[i, 23] - P[i, 17], P[i, 24] - P[i, 18]
+    length = bx * bx + by * by + bz * bz
+    t = min(max((ax * bx + ay * by + az * bz) / max(length, 1e-18), 0.0), 1.0)
+    ax, ay, az = ax - t * bx, ay - t * by, az - t * bz
+    # A quadratic curve strays from its chord by no more than half the way to its control point's mean.
+    cx = P[i, 19] - 0.5 * (P[i, 16] + P[i, 22])
+    cy = P[i, 20] - 0.5 * (P[i, 17] + P[i, 23])
+    cz = P[i, 21] - 0.5 * (P[i, 18] + P[i, 24])
+    stray = 0.5 * sqrt(cx * cx + cy * cy + cz * cz) + max(P[i, 25], P[i, 26]) + P[i, 2]
+    return sqrt(ax * ax + ay * ay + az * az) - stray
+
+
+@njit(**JIT)
+def loft_bound(P: np.ndarray, i: int, x: float, y: float, z: float) -> float:
+    """Returns a cheap lower bound of the distance to a loft: to the box that holds it, columns 16:22."""
+    x, y, z = x - P[i, 4], y - P[i, 5], z - P[i, 6]
+    u = P[i, 7] * x + P[i, 8] * y + P[i, 9] * z
+    v = P[i, 10] * x + P[i, 11] * y + P[i, 12] * z
+    w = P[i, 13] * x + P[i, 14] * y + P[i, 15] * z
+    u = max(max(P[i, 18] - u, u - P[i, 19]), 0.0)
+    v = max(max(P[i, 16] - v, v - P[i, 17]), 0.0)
+    w = max(max(P[i, 20] - w, w - P[i, 21]), 0.0)
+    return LOFT_STEP * sqrt(u * u + v * v + w * w) - P[i, 2]
+
+
+@njit(**JIT)
+def tighter(P: np.ndarray, i: int, x: float, y: float, z: float, bound: float) -> float:
+    """Returns a lower bound of the distance to primitive i, less its blend: a ball holds long parts badly."""
+    if P[i, 0] == BEZIER:
+        return max(bound, chord_bound(P, i, x, y, z))
+    if P[i, 0] == LOFT:
+        return max(bound, loft_bound(P, i, x, y, z))
+    return bound
+
+
+@njit(**JIT)
 def sample(texture: np.ndarray, u: float, v: float) -> float:
     """Returns a bilinear sample of a square texture on [-1, 1]^2, clamped."""
     n = texture.shape[0]
@@ -123,34 +166,39 @@ def station(T: np.ndarray, P: np.ndarray, i: int, y: float) -> tuple[float, floa
     Rows 0..4 of the loft's texture hold them from y = P[16] to P[17]; quadratic B-splines, so the
     normal has no steps at any magnification.
     """
-    table = T[int(P[i, 28])]
-    n = table.shape[1]
+    m, n = int(P[i, 28]), T.shape[2]
     x = min(max((y - P[i, 16]) / (P[i, 17] - P[i, 16]), 0.0), 1.0) * (n - 1)
     k = min(max(int(x + 0.5), 1), n - 2)
     f = x - k
     a, b, c = 0.5 * (0.5 - f) ** 2, 0.75 - f * f, 0.5 * (0.5 + f) ** 2
     return (
-        a * table[0, k - 1] + b * table[0, k] + c * table[0, k + 1],
-        a * table[1, k - 1] + b * table[1, k] + c * table[1, k + 1],
-        max(a * table[2, k - 1] + b * table[2, k] + c * table[2, k + 1], 1e-5),
-        max(a * table[3, k - 1] + b * table[3, k] + c * table[3, k + 1], 1e-5),
-        max(a * table[4, k - 1] + b * table[4, k] + c * table[4, k + 1], 1e-5),
+        a * T[m, 0, k - 1] + b * T[m, 0, k] + c * T[m, 0, k + 1],
+        a * T[m, 1, k - 1] + b * T[m, 1, k] + c * T[m, 1, k + 1],
+        max(a * T[m, 2, k - 1] + b * T[m, 2, k] + c * T[m, 2, k + 1], 1e-5),
+        max(a * T[m, 3, k - 1] + b * T[m, 3, k] + c * T[m, 3, k + 1], 1e-5),
+        max(a * T[m, 4, k - 1] + b * T[m, 4, k] + c * T[m, 4, k + 1], 1e-5),
     )
 
 
 @njit(**JIT)
 def loft_distance(P: np.ndarray, i: int, x: float, y: float, z: float, T: np.ndarray) -> float:
-    """Returns a bound of the distance to a body along y with half-elliptic sections from a table."""
+    """Returns a bound of the distance to a body along y with half-elliptic sections from a table.
+
+    Columns 16:22 are the box that holds it: y, x, z, low and high each.
+    """
     cx, cz, a, above, below = station(T, P, i, y)
     u, w = x - cx, z - cz
     b = above if w > 0.0 else below
-    k0 = sqrt((u / a) ** 2 + (w / b) ** 2)
-    k1 = sqrt((u / (a * a)) ** 2 + (w / (b * b)) ** 2)
+    p, q = 1.0 / a, 1.0 / b
+    u, w = u * p, w * q
+    k0 = sqrt(u * u + w * w)
+    u, w = u * p, w * q
+    k1 = sqrt(u * u + w * w)
     d = k0 * (k0 - 1.0) / k1 if k1 > 1e-9 else -min(a, b)
     beyond = max(max(P[i, 16] - y, y - P[i, 17]), 0.0)
     if beyond > 0.0:
         d = sqrt(max(d, 0.0) ** 2 + beyond * beyond)
-    return 0.72 * d
+    return LOFT_STEP * d
 
 
 @njit(**JIT)
@@ -273,8 +321,8 @@ def field(
     """Returns (signed distance, nearest primitive, next) over ids[first:last]; `skip` is left out.
 
     Next is a lower bound of the distance to every other group.  A primitive whose bounding sphere
-    (which holds its blend radius) is farther than the best so far cannot change the result and is
-    not evaluated.
+    (which holds its blend radius), box or chord is farther than the best so far cannot change the
+    result and is not evaluated.
     """
     best, who, group, behind = FAR, -1, -1.0, FAR
     inner, nearest, member = FAR, FAR, -1
@@ -289,9 +337,13 @@ def field(
             group, inner, nearest, member = P[i, 29], FAR, FAR, -1
         dx, dy, dz = x - P[i, 30], y - P[i, 31], z - P[i, 32]
         radius = P[i, 33]
-        bound = sqrt(dx * dx + dy * dy + dz * dz) - radius
-        if bound >= best or bound >= inner:
-            behind = min(behind, bound if bound >= best else FAR)
+        away, beyond = dx * dx + dy * dy + dz * dz, radius + max(behind, best)
+        if away >= beyond * beyond and beyond > 0.0:
+            continue
+        bound = sqrt(away) - radius
+        tight = tighter(P, i, x, y, z, bound) if bound < min(best, inner) else bound
+        if tight >= best or tight >= inner:
+            behind = min(behind, tight if tight >= best else FAR)
             continue
         d = bound
         if bound < 0.6 * radius or radius > 0.2:
@@ -309,3 +361,43 @@ def field(
     if inner < best:
         best, who = inner, member
     return best, who, behind
+
+
+@njit(**JIT)
+def gap(
+    P: np.ndarray,
+    ids: np.ndarray,
+    first: int,
+    last: int,
+    x: float,
+    y: float,
+    z: float,
+    T: np.ndarray,
+    skip: int,
+    limit: float,
+) -> float:
+    """Returns `field`'s distance alone, or `limit` where it is larger: what is farther is not looked at."""
+    best, group, inner = limit, -1.0, FAR
+    for q in range(first, last):
+        i = ids[q]
+        if i == skip:
+            continue
+        if P[i, 29] != group:
+            best, group, inner = min(best, inner), P[i, 29], FAR
+        dx, dy, dz = x - P[i, 30], y - P[i, 31], z - P[i, 32]
+        radius = P[i, 33]
+        nearest = min(best, inner)
+        away, beyond = dx * dx + dy * dy + dz * dz, radius + nearest
+        if beyond <= 0.0 or away >= beyond * beyond:
+            continue
+        bound = sqrt(away) - radius
+        if tighter(P, i, x, y, z, bound) >= nearest:
+            continue
+        d = bound
+        if bound < 0.6 * radius or radius > 0.2:
+            d = max(primitive_distance(P, i, x, y, z, T, nearest), bound)
+        if P[i, 1] > 0.5:
+            inner = smooth_max(inner, -d, P[i, 2])
+        else:
+            inner = -smooth_max(-inner, -d, P[i, 2])
+    return min(best, inner)

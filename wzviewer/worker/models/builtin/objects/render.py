@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Body
-from wzviewer.worker.models.builtin.objects.march import LAYERS, approach, occlude, trace
+from wzviewer.worker.models.builtin.objects.march import CLOSE_PX, LAYERS, approach, occlude, trace
 from wzviewer.worker.models.builtin.objects.patterns import SHADED, SHEET, evaluate
 from wzviewer.worker.models.builtin.objects.pose import Pose
 from wzviewer.worker.models.builtin.objects.shading import Setting, shade
@@ -25,7 +25,6 @@ B = TypeVar("B")
 
 TILE = 8
 _BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
-_CLOSE_PX = 1500.0  # a body longer than this is a close-up, whose shadows change slowly
 _ROTATED = np.array([[0.125, 0.625], [0.375, 0.125], [0.625, 0.875], [0.875, 0.375]])  # 4-rooks
 
 
@@ -60,7 +59,7 @@ class Scene:
         self.casters = np.ascontiguousarray(self.primitives[self.primitives[:, 35] > 0.5])
         self.columns = -(-width // TILE)
         self.ids, self.spans = self._lists()
-        self.start = self._starts()
+        self.start, self.via = self._starts()
 
     def _lists(self) -> tuple[LongArray, LongArray]:
         """Bins bounding spheres into tiles; returns (ids, spans) of `march.trace`."""
@@ -78,15 +77,16 @@ class Scene:
         spans = np.stack([np.concatenate([[0], ends[:-1]]), ends], 1)
         return np.ascontiguousarray(ids, np.int64), np.ascontiguousarray(spans, np.int64)
 
-    def _starts(self) -> DoubleArray:
-        """Returns (tiles,) how far all rays of a tile go before any of them meets something."""
-        start: DoubleArray = np.zeros(len(self.spans))
+    def _starts(self) -> tuple[DoubleArray, LongArray]:
+        """Returns (start, via) of `march.approach`: how far all rays of a tile go, layer by layer."""
+        start: DoubleArray = np.zeros((len(self.spans), LAYERS))
+        via: LongArray = np.zeros((len(self.spans), LAYERS), np.int64)
         rows, columns = np.divmod(np.arange(len(self.spans)), self.columns)
         centres = (np.stack([columns, rows], 1) + 0.5) * TILE
         radius = 0.5 * TILE * np.sqrt(2.0) * self.px
-        lists = self.primitives, self.body.outlines, self.ids, self.spans
-        approach(*lists, centres, self.frame, radius, start)
-        return start
+        lists = self.primitives, self.body.outlines, self.opacity, self.ids, self.spans
+        approach(*lists, centres, self.frame, radius, start, via)
+        return start, via
 
     def pixels(self) -> LongArray:
         """Returns (n, 2) x, y of the pixels in tiles that hold a primitive, tile by tile."""
@@ -115,6 +115,7 @@ class Scene:
             rays,
             tile,
             self.start,
+            self.via,
             self.frame,
             self.px,
             depth,
@@ -305,7 +306,7 @@ def _occlusion(
 ) -> DoubleArray:
     """Returns (n, 2) occlusion; in a close-up one point of 2x2 pixels speaks for those like it."""
     starts = points + 1.5 * scene.px * normals
-    if scene.pose.size_px < _CLOSE_PX:
+    if scene.px > CLOSE_PX:  # in a close-up shadows change slowly
         return scene.occlusion(starts, normals, setting.to_light)
     block = (rays[:, 1] // 2).astype(np.int64) * scene.width + (rays[:, 0] // 2).astype(np.int64)
     group = scene.primitives[hit, 29].astype(np.int64)

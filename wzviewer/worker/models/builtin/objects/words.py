@@ -79,6 +79,8 @@ _RELATIVES: dict[str, str] = {
 }
 KIN: dict[str, str] = {word: name for name, words in _RELATIVES.items() for word in words.split()}
 """What is not known, and the known object that comes nearest; only refusals use it."""
+USUAL_SIZE = 0.40
+"""Of the view's width, where neither a word nor the scene says more."""
 COUNTS = {
     **dict.fromkeys(("a", "an", "the", "one", "single", "1"), 1),
     **{
