@@ -36,7 +36,13 @@ from wzviewer.worker.models.builtin.detail.measures import (
     ramp,
     stretched,
 )
-from wzviewer.worker.models.builtin.detail.overlay import film_grain, grain_rms, roughened, with_detail
+from wzviewer.worker.models.builtin.detail.overlay import (
+    film_grain,
+    grain_rms,
+    multiplied,
+    roughened,
+    with_detail,
+)
 from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture
 
 Fractions = tuple[float, float, float, float]
@@ -244,6 +250,8 @@ class DetailSynthesizer:
         job.check()
         base = roughened(base, texture, _roughness(job, place))
         detail = texture * self._sigma(job, place)
+        if job.level > 1:
+            detail = multiplied(detail, luma(base))
         hue = HUES[(job.level - 1) % len(HUES)] * np.float32(1.0 if job.level <= 1 else DEEP_HUE_GAIN)
         image = with_detail(base, detail, job.observation, hue)
         if job.grain_rms:
