@@ -18,6 +18,7 @@ from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, vo
 from wzviewer.worker.models.builtin.detail.library import TILE_PX, TileLibrary
 from wzviewer.worker.models.builtin.detail.measures import area_down, dense_rms, local_rms, over_rows
 from wzviewer.worker.models.builtin.detail.noise import cellular, fractal
+from wzviewer.worker.models.builtin.detail.overlay import multiplied
 from wzviewer.worker.models.builtin.detail.texture import layout, tile_texture
 from wzviewer.worker.models.builtin.detail.tiles import TILE_MAKERS
 
@@ -105,6 +106,15 @@ def test_leaves_from_afar_are_a_wood_and_leaves_with_contours_are_not():
     wood, leaf, stone = regional_sigma((afar, near, afar), names)
     assert wood == pytest.approx(stone * 1.0 / 0.7)
     assert leaf < wood
+
+
+def test_detail_multiplies_light_and_never_falls_below_black():
+    detail = np.float32([-40, -3, 3, 40])
+    made = multiplied(detail, np.full(4, 10, np.float32))
+    assert made.min() > -10
+    assert made[3] == pytest.approx(10 * (np.exp(1.6) - 1), rel=1e-5)  # the most there may be
+    bright = multiplied(detail[1:3], np.full(2, 200, np.float32))
+    assert np.abs(bright - detail[1:3]).max() < 0.03  # grey levels; measured 0.023
 
 
 def test_tone_damping_spares_black_and_white():

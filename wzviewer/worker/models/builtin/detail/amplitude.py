@@ -35,7 +35,7 @@ WOOD_SPREAD = 1.5
 GLITTER_PX = 5.0
 WET_TONE = 85.0
 """In grey levels: half of what is this dark may be `glossy`."""
-SHADE_GAIN, MOST_IN_SHADE = 1.2, 0.4
+SHADE_GAIN, MOST_IN_SHADE = 2.0, 0.5
 """Beyond the photograph a shadow has more contrast for its light, up to a share of it, or it is black."""
 PROMPTED_FLOOR = 0.05
 """Least contrast, as a share of the luminance, where a prompt names the material."""
@@ -171,7 +171,7 @@ def sigma_map(
     if truthful:
         floor_sigma *= np.float32(0.25) + np.float32(0.75) * ramp(texture_evidence(plane), 0.8, 2.0)
     else:
-        floor_sigma *= 1 + np.float32(SHADE_GAIN) * (1 - ramp(plane, 30, 60))
+        floor_sigma *= 1 + np.float32(SHADE_GAIN) * (1 - ramp(plane, 15, 60))
     grown = np.maximum(widely_blurred(drawn_not_lettered(plane), 8.0), np.float32(LEAST_IN_WOOD) * wood)
     texture = np.maximum(lawful_sigma(plane), regional * grown)
     sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)

@@ -12,7 +12,7 @@ from wzviewer.worker.models.builtin.detail.noise import normalized
 from wzviewer.worker.models.builtin.detail.tiles import TILE_MAKERS
 
 TILE_PX = 768
-VERSION = 9  # raise it whenever a tile changes
+VERSION = 10  # raise it whenever a tile changes
 INT8_PER_DEVIATION = 36.0  # +-3.5 deviations fit
 
 

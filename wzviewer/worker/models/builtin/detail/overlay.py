@@ -10,6 +10,8 @@ from wzviewer.worker.models.builtin.detail.measures import area_down, blurred, l
 LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
 """In grey levels, at level 1 only; photographs at 2K measure 0.4 to 2.0 in their skies, about twice of what
 is left of it at the working size (0.26 to 0.83)."""
+LEAST_LIGHT, MOST_STOPS = 6.0, 1.6
+"""In grey levels, and as a natural logarithm: no ridge in a shadow is more than five times as light as it."""
 
 
 def with_detail(
@@ -30,6 +32,15 @@ def with_detail(
     hue = _unseen(np.roll(blurred(detail, 1.2), (113, 71), (0, 1)), observation)
     light = 0.5 * unseen / np.maximum(luma(base), 24)
     return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * hue_per_level
+
+
+def multiplied(detail: FloatArray, plane: FloatArray) -> FloatArray:
+    """Returns detail ``(H, W)`` as factors on the light: in a shadow ridges shine, nothing is below black.
+
+    Where detail is weak for the light ``plane``, ``(H, W)`` in grey levels, it stays what it is.
+    """
+    light = np.maximum(plane, np.float32(LEAST_LIGHT))
+    return light * np.expm1(np.minimum(detail / light, np.float32(MOST_STOPS)))
 
 
 def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:

@@ -29,15 +29,20 @@ from wzviewer.worker.models.builtin.detail.flow import GRAINS
 from wzviewer.worker.models.builtin.detail.library import TileLibrary
 from wzviewer.worker.models.builtin.detail.materials import material_of_words, per_label
 from wzviewer.worker.models.builtin.detail.measures import (
-    area_down,
     enlarged,
     luma,
     orientation,
     ramp,
     stretched,
 )
-from wzviewer.worker.models.builtin.detail.overlay import film_grain, grain_rms, roughened, with_detail
-from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture
+from wzviewer.worker.models.builtin.detail.overlay import (
+    film_grain,
+    grain_rms,
+    multiplied,
+    roughened,
+    with_detail,
+)
+from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture, shrunk
 
 Fractions = tuple[float, float, float, float]
 """``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
@@ -244,6 +249,8 @@ class DetailSynthesizer:
         job.check()
         base = roughened(base, texture, _roughness(job, place))
         detail = texture * self._sigma(job, place)
+        if job.level > 1:
+            detail = multiplied(detail, luma(base))
         hue = HUES[(job.level - 1) % len(HUES)] * np.float32(1.0 if job.level <= 1 else DEEP_HUE_GAIN)
         image = with_detail(base, detail, job.observation, hue)
         if job.grain_rms:
@@ -255,39 +262,35 @@ class DetailSynthesizer:
 
     def _sigma(self, job: _Job, place: Layout) -> FloatArray:
         height, width = job.observation.shape[:2]
+        coarse = shrunk(place, width, height)
         floors = per_label(job.names, "floor" if job.level <= 1 else "deep_floor")
         if job.prompted:
             floors = np.maximum(floors, np.float32(PROMPTED_FLOOR))
-        floor = area_down(_spread(place, floors), width, height)
-        tables = [per_label(job.names, name) for name in ("gain", "ceiling")]
-        gain, ceiling = (area_down(_spread(place, table), width, height) for table in tables)
+        gains = per_label(job.names, "gain")
+        tables = (gains, floors, per_label(job.names, "ceiling"), job.regional_sigma, job.wood)
+        gain, floor, ceiling, regional, wood = (_spread(coarse, table) for table in tables)
         plane, truthful = luma(job.observation), job.level <= 1 and not job.prompted
-        sharp_gain = _spread(place, per_label(job.names, "gain")) / np.maximum(
-            stretched(gain, *job.work_size), 1e-3
-        )
-        regional = area_down(_spread(place, job.regional_sigma), width, height)
-        wood = area_down(_spread(place, job.wood), width, height) if job.wood.any() else np.zeros_like(plane)
+        sharp_gain = _spread(place, gains) / np.maximum(stretched(gain, *job.work_size), 1e-3)
         sigma = sigma_map(plane, gain, floor, ceiling, regional, wood, truthful)
         if truthful:  # no strands over an eye or a nose
             strands = np.array([name in GRAINS for name in job.names], np.float32)
-            if strands[list(place.shares)].any():
-                sigma *= 1 - area_down(_spread(place, strands), width, height) * glossy(plane)
-            sigma *= self._belonging(job, place)
+            if strands[list(coarse.shares)].any():
+                sigma *= 1 - _spread(coarse, strands) * glossy(plane)
+            sigma *= self._belonging(job, coarse)
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
     @staticmethod
-    def _belonging(job: _Job, place: Layout) -> FloatArray:
+    def _belonging(job: _Job, coarse: Layout) -> FloatArray:
         """How far what grew has the colour of its region: no leaves on the white petal beside them.
 
         In the shade colours say little; there all of the region belongs to it.
         """
-        height, width = job.observation.shape[:2]
         grew = np.array([name in NATURAL for name in job.names], np.float32)
-        if not grew[list(place.shares)].any():
-            return np.ones((height, width), np.float32)
-        share = area_down(_spread(place, grew), width, height)
+        if not grew[list(coarse.shares)].any():
+            return np.ones(coarse.labels.shape, np.float32)
+        share = _spread(coarse, grew)
         lab = cv2.cvtColor(job.observation * np.float32(1 / 255), cv2.COLOR_RGB2LAB)
-        mean = [area_down(_spread(place, table), width, height) for table in job.tints.T]
+        mean = [_spread(coarse, table) for table in job.tints.T]
         away = np.square(lab[..., 1] - mean[0]) + np.square(lab[..., 2] - mean[1])
         away *= ramp(lab[..., 0], 45, 15)
         return 1 - share * (1 - np.exp(-away / np.float32(TINT_REACH**2)))

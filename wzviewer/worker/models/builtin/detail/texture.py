@@ -9,7 +9,7 @@ import numpy as np
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
 from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TILE_PX, TileLibrary
-from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma, stretched
+from wzviewer.worker.models.builtin.detail.measures import area_down, blurred, local_rms, luma, stretched
 
 LIMIT = 3.0  # deviations: one black speck must not outshine a whole texture
 SMOOTH = frozenset({"smooth", "sky", "air", "glaze", "metal", "wet"})
@@ -58,6 +58,12 @@ def layout(coarse_labels: ByteArray, guide: FloatArray) -> Layout:
     weights /= weights.sum(0)
     labels = np.array(present, np.uint8)[weights.argmax(0)]
     return Layout(labels, dict(zip(present, weights, strict=True)))
+
+
+def shrunk(place: Layout, width: int, height: int) -> Layout:
+    """Returns the layout as a coarser camera would see it."""
+    labels = cv2.resize(place.labels, (width, height), interpolation=cv2.INTER_NEAREST)
+    return Layout(labels, {label: area_down(share, width, height) for label, share in place.shares.items()})
 
 
 def painted_texture(

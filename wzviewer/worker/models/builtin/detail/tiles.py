@@ -222,14 +222,18 @@ def lattice(n: int, rng: np.random.Generator) -> FloatArray:
 
 
 def facet(n: int, rng: np.random.Generator) -> FloatArray:
-    """Cleaved crystal: terraces with sharp steps, each plane with its own tone."""
+    """Cleaved crystal: planes with a tone each, sharp steps between, and straight terraces on them."""
+    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
     total = np.zeros((n, n), np.float32)
     for cells, weight in ((n // 30, 1.0), (n // 15, 0.7), (n // 8, 0.4)):
         first, second, index = cellular(n, cells, rng, stretch=1.8)
         tilt = rng.normal(0, 1, index.max() + 1).astype(np.float32)[index]
         step = np.exp(-np.square((second - first) / 1.2))
-        terraces = np.floor((first + 3 * tilt) / 4)
-        total += weight * (0.7 * tilt - 0.8 * step + 0.35 * (terraces % 2)).astype(np.float32)
+        angle = rng.uniform(0, 2 * math.pi, index.max() + 1)
+        waves = np.round(n / 11 * np.stack([np.cos(angle), np.sin(angle)]))  # whole, or the tile had a seam
+        phase = (waves[0][index] * x + waves[1][index] * y) / n
+        terraces = (phase - np.floor(phase)) * (rng.random(index.max() + 1) < 0.5)[index]  # half are plain
+        total += weight * (0.7 * tilt - 0.8 * step + 0.45 * terraces).astype(np.float32)
     return normalized(periodic_blur(warped(total, 0.7, rng, slope=1.2), 0.6))
 
 
