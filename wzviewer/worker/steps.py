@@ -61,6 +61,7 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
     views = synthesize_auxiliary_views(
         draft.image, relief, sky_of(draft), draft.camera, depth, outside, models.views, seed=seed, check=check
     )
+    check()
     extra = {**draft.extra, "neighbours": views.cameras}
     draft = replace(draft, relief=views.relief, layers=before_objects(draft, views.layers), extra=extra)
     if not draft.path:
