@@ -3,18 +3,22 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from wzviewer.core.surfels import Surfels
-from wzviewer.core.types import FloatArray
+from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.inherited import hidden_surfels
 from wzviewer.worker.levels import finite_relief, layer_surfels, sky_of
 from wzviewer.worker.models.base import Synthesizer
+from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.stages.stage2_depth_registration import register
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
 from wzviewer.worker.stages.stage5_optimization import ROOT_STEPS, STEPS, TargetView, optimize
+
+FRINGE_PX = 9  # around an object: its outline is mixed with what is behind
 
 Check = Callable[[], None]
 
@@ -57,11 +61,37 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
     views = synthesize_auxiliary_views(
         draft.image, relief, sky_of(draft), draft.camera, depth, outside, models.views, seed=seed, check=check
     )
+    check()
     extra = {**draft.extra, "neighbours": views.cameras}
-    draft = replace(draft, relief=views.relief, layers=views.layers, extra=extra)
+    draft = replace(draft, relief=views.relief, layers=before_objects(draft, views.layers), extra=extra)
     if not draft.path:
         return draft
     return replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
+
+
+def before_objects(draft: Draft, layers: tuple[Layer, ...]) -> tuple[Layer, ...]:
+    """Returns layers of stage 4 that show, behind new objects, the picture as it was before them.
+
+    Without it the search for exemplars may find the object's own picture: its twin behind it.
+    """
+    if "behind_objects" not in draft.extra:
+        return layers
+    inside = cv2.dilate(
+        draft.extra["new_objects"].astype(np.uint8), np.ones((FRINGE_PX, FRINGE_PX), np.uint8)
+    )
+    return tuple(_painted(layer, draft.extra["behind_objects"], inside > 0) for layer in layers)
+
+
+def _painted(layer: Layer, image: FloatArray, inside: BoolArray) -> Layer:
+    """Returns a layer with an image's colours where `inside` (h, w) says so."""
+    h, w = inside.shape
+    rows, columns = (np.arange(n) * layer.stride + layer.stride // 2 for n in layer.mask.shape)
+    rows, columns = (
+        np.clip(rows + layer.offset_px[1], 0, h - 1),
+        np.clip(columns + layer.offset_px[0], 0, w - 1),
+    )
+    at = np.ix_(rows, columns)
+    return replace(layer, image=np.where(inside[at][..., None], image[at], layer.image))
 
 
 def optimize_level(draft: Draft, check: Check) -> Surfels:

@@ -222,7 +222,9 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
         return draft
     result = models.editor.apply(edit, draft.image, support, seed, check=check)
     placements = [placement.to_dict() for placement in result.placements]
+    before = draft.image * result.shadow[..., None] ** np.float32(1 / 2.2)
     draft = _with_objects(draft, result)
+    draft = replace(draft, extra={**draft.extra, "behind_objects": before, "new_objects": result.object_mask})
     notes = {**draft.notes, "placements": placements}
     if result.places:
         notes["places"] = list(result.places)

@@ -40,13 +40,16 @@ def shell(
     tint(out, M, m, M[m, 19] * smoothstep(0.15, 0.35, flame))
     gain(out, 1.0 + 0.10 * noise3(turn * 9.0, 0.0, 4.0) + 0.07 * noise3(turn * 31.0, angle, 5.0))
     far = max(sqrt(a * a + b * b), 1e-4)
-    lines = 46.0
+    lines, high = 46.0, M[m, 20]
+    stray = 0.014 * noise3(turn * 5.0, angle * 4.0, 8.0) + 0.005 * noise3(turn * 23.0, angle * 17.0, 9.0)
     for octave in range(3):
-        lam = 2.0 * far / lines
-        n = noise3(turn * lines, 0.35 * angle, 6.0 + octave)
-        f = bump(out, n, M[m, 20], lam, px)
+        # Where the tube runs slanting lines lie closer than their turn says: the finer ones go early.
+        lam = (2.0 if octave == 0 else 1.0) * far / lines
+        n = noise3((turn + stray) * lines, 0.35 * angle, 6.0 + octave)
+        f = bump(out, n, high, lam, px)
         gain(out, 1.0 + 0.09 * f * n)
         lines *= 3.1
+        high *= 0.3  # finer ribs are lower, else their sides all shade alike
     lam = 0.045
     cord = cos(angle * 2.0 * pi * 2.2 * M[m, 21])
     out[HEIGHT] += fade(lam, px) * 0.0016 * cord * min(M[m, 21], 1.0)

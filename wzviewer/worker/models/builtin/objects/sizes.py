@@ -60,12 +60,12 @@ NATURAL_M: dict[str, float] = {
 }
 """The longest side of each object, metres."""
 
-SMALLEST_M = 0.04  # what is smaller is drawn as if it were this large: an insect is there to be seen
+SMALLEST_M = 0.07  # what is smaller is drawn as if it were this large: an insect is there to be seen
 LEAST_SHARE = 0.06  # of a view's height: less is a speck
 _EYE_M = {"landscape": 2.4, "indoor": 1.6}  # over land often from a rise
 _ROOM_M = 2.0  # metres a unit of depth (the median depth) where there is no horizon
 _BELOW = 0.03  # of the height: rows closer to the horizon say little
-_TRUTH = 0.7  # 1 draws natural sizes, 0 the usual share of the view
+_TRUTH = 0.65  # 1 draws natural sizes, 0 the usual share of the view
 
 
 @dataclass(frozen=True, eq=False)
