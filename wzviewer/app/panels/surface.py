@@ -200,7 +200,10 @@ def choice(
 def tooltip(text: str) -> None:
     """Explains the last item after a moment."""
     if imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal.value):
+        line = imgui.get_font_size()  # not the padding of the panel that it is for
+        imgui.push_style_var(imgui.StyleVar_.window_padding.value, (0.7 * line, 0.5 * line))
         imgui.set_tooltip(text)
+        imgui.pop_style_var()
 
 
 def small(ui: Ui, text: str, color: theme.Rgba | None = None) -> None:
