@@ -8,6 +8,7 @@ from tests.app.fakes import fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain, tick
 from wzviewer.app.auto import AUTO_REST_S
+from wzviewer.app.errands import Errand
 from wzviewer.app.state import Drag, Panels
 from wzviewer.app.viewing import refocus
 
@@ -57,6 +58,7 @@ def test_a_sharp_view_asks_for_nothing():
 
 BUSY = {
     "off": lambda s: replace(s, settings=replace(s.settings, auto_detail=False)),
+    "opening": lambda s: replace(s, errand=Errand("Opening x.wz", None, None)),
     "words": lambda s: replace(s, prompt="a bird"),
     "dialog": lambda s: replace(s, panels=Panels(dialog="open")),
     "help": lambda s: replace(s, panels=Panels(help=True)),

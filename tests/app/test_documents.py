@@ -1,5 +1,6 @@
 """Opening, saving, closing."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
 from wzviewer.app.documents import demo_photo
 from wzviewer.app.services import Services
-from wzviewer.app.state import empty_state
+from wzviewer.app.state import Film, empty_state
 from wzviewer.core.files import load_scene, save_scene
 from wzviewer.core.marks import Mark
 from wzviewer.core.photos import encode_png
@@ -173,3 +174,16 @@ def test_another_file_is_replaced_only_when_asked_twice(services, tmp_path):
     assert state.panels.dialog == ""
     state = apply(services, state, [cmd.Save(asks=True)])
     assert given(services, state, tmp_path / "x.wz").panels.dialog == ""  # its own file
+
+
+def test_closing_while_a_film_is_made_asks_once_and_then_obeys(services, tmp_path):
+    state = replace(state_with(make_scene(2)), film=Film(tmp_path / "zoom.mp4", 0.0))
+    asked = apply(services, state, [cmd.Close()])
+    assert not asked.is_closing
+    assert "film is not ready" in asked.toasts[-1].text
+    assert apply(services, asked, [asked.toasts[-1].command]).is_closing
+    late = replace(asked, now_s=asked.now_s + 60.0)  # the notice has gone: it is said again
+    assert not apply(services, late, [cmd.Close()]).is_closing
+    assert apply(
+        services, replace(state, film=replace(state.film, is_cancelling=True)), [cmd.Close()]
+    ).is_closing

@@ -200,3 +200,13 @@ def test_a_long_frame_counts_in_how_long_something_took(services, state):
     state = apply(services, zoomed(state, 8.0), [cmd.Generate()])
     state = replace(state, now_s=state.now_s + 0.1, stalled_s=3.0)  # motions went on by a tenth only
     assert state.clock_s - state.job.started_s == pytest.approx(3.1)
+
+
+def test_a_worker_that_was_ended_by_a_cancel_is_no_error():
+    services = fake_services()
+    state = replace(state_with(make_scene(1)), is_worker_ready=True)
+    for is_after_cancel, count in ((True, 0), (False, 1)):
+        services.client._queue.append(ev.WorkerLost(0, "did not answer the cancel in time", is_after_cancel))
+        state = drain(services, state, 0.0)
+        assert len(state.toasts) == count
+        assert not state.is_worker_ready

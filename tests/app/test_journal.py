@@ -42,6 +42,7 @@ def test_a_session_is_read_again_bit_by_bit(tmp_path, journal):
     crashed(tmp_path, scene)
     left = journal.leftover()
     assert (left.name, left.count) == ("meadow.png", 3)
+    assert left.what == "2 levels of meadow.png"  # one was hidden
     again = journal.recover(left)
     assert [level.prompt for level in again] == [level.prompt for level in scene]
     assert again.hidden == {2}

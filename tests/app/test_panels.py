@@ -440,10 +440,10 @@ def test_closing_counts_the_levels_that_are_seen_and_in_no_file():
     state = replace(state_with(make_scene(1)), saved=(0, {}))
     assert unsaved_text(state).startswith("The scene has not")
     state = replace(state_with(make_scene(4)), saved=(0, {}))
-    assert unsaved_text(state).startswith("3 levels have not")
+    assert unsaved_text(state).startswith("4 levels have not")
     state.scene.hide(2)  # an older variant
     state.scene.set_mark(3, Mark("removed"))
-    assert unsaved_text(state).startswith("1 level has not")
+    assert unsaved_text(state).startswith("2 levels have not")  # with the photo, as the tree
     assert unsaved_text(replace(state, saved=(2, {}))).startswith("Your last changes have not")
     state.scene.show(3)
     assert unsaved_text(replace(state, saved=(2, {}))).startswith("1 level has not")

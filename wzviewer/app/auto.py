@@ -39,7 +39,8 @@ def ask_for_detail(services: Services, state: AppState, is_typing: bool) -> AppS
 
 def is_waiting(state: AppState) -> bool:
     """Whether only rest is missing: nothing else goes on, and this place was not asked for before."""
-    is_idle = state.job is None and state.goal is None and state.next_path is None and not state.queue.goals
+    is_idle = state.job is None and state.goal is None and not state.queue.goals
+    is_idle = is_idle and state.next_path is None and state.errand is None  # another document is on its way
     is_alone = not (state.panels.dialog or state.panels.help or state.prompt.strip())
     is_known = len(state.scene) > 0 and state.is_worker_ready and state.view.focused is state.view.camera
     is_fresh = state.asked_for is not state.view.camera

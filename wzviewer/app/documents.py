@@ -248,7 +248,11 @@ def edit_path(services: Services, state: AppState, command: cmd.EditPath) -> App
 
 
 def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
-    """Ends the loop, after settling unsaved changes."""
+    """Ends the loop, after settling unsaved changes; a film in the making is given up when asked twice."""
+    is_warned = any(t.command == cmd.Close() and t.is_alive(state.now_s) for t in state.toasts)
+    if state.film is not None and not (is_warned or state.film.is_cancelling):
+        text = f"The {state.film.kind} is not ready yet. Close once more to give it up."
+        return state.with_toast(text, button="Close", command=cmd.Close())
     return settle(state, lambda settled: replace(settled, is_closing=True))
 
 

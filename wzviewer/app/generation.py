@@ -205,8 +205,9 @@ def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
         return with_vocabulary(replace(state, is_worker_ready=True), event.vocabulary)
     if isinstance(event, ev.WorkerLost):
         state = replace(state, is_worker_ready=False)
-        if any(t.kind == "error" and t.born_s == state.now_s for t in state.toasts):
-            return state  # the request that it took with it has just said so
+        is_said = any(t.kind == "error" and t.born_s == state.now_s for t in state.toasts)
+        if is_said or event.is_after_cancel:
+            return state  # the request that it took with it has just said so; or it was meant to end
         again = "" if "not started again" in event.why else " It was started again."
         return state.with_toast(f"The worker {event.why}.{again} Nothing is lost.", "error")
     if state.job is None or event.request_id != state.job.request_id:

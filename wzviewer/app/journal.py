@@ -48,11 +48,20 @@ class Leftover:
         folder: where it lies.
         name: of its document.
         count: of its levels.
+        num_unseen: of these, variants that were not chosen and the like.
     """
 
     folder: Path
     name: str
     count: int
+    num_unseen: int = 0
+
+    @property
+    def what(self) -> str:
+        """What it holds, as far as the user saw it."""
+        seen = self.count - self.num_unseen
+        levels = "1 level" if seen == 1 else f"{seen} levels"
+        return f"{levels} of {self.name}" if self.name else levels
 
 
 class Journal(Protocol):
@@ -160,7 +169,10 @@ class JournalFolder:
             for folder in sorted(self._sessions.iterdir(), key=lambda p: p.stat().st_mtime, reverse=True):
                 count = len(list(folder.glob("*.level"))) if folder.is_dir() else 0
                 if folder != self._own and count and not _is_held(folder / LOCK):
-                    return Leftover(folder, str(_read_state(folder).get("name", "")), count)
+                    said = _read_state(folder)
+                    marks = marks_from_json(said, count).values()
+                    unseen = sum(mark.sight != "shown" for mark in marks)
+                    return Leftover(folder, str(said.get("name", "")), count, unseen)
         return None
 
     def recover(self, leftover: Leftover) -> Scene:

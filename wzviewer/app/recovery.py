@@ -50,5 +50,4 @@ def settle_recovery(services: Services, state: AppState, command: cmd.SettleReco
     # In this order: the levels lie in a session of our own before the old one is deleted.
     services.journal.keep(scene, name, fresh.timeline.path)
     services.journal.discard(leftover)
-    count = "1 level" if len(scene) == 1 else f"{len(scene)} levels"
-    return replace(fresh, saved=(0, {})).with_toast(f"Recovered {count} of {name}.", "done")
+    return replace(fresh, saved=(0, {})).with_toast(f"Recovered {leftover.what}.", "done")

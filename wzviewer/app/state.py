@@ -9,8 +9,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
 from wzviewer.app.changes import History
 from wzviewer.app.commands.base import Command
 from wzviewer.app.errands import Errand
@@ -395,8 +393,3 @@ def empty_state(width: int, height: int) -> AppState:
     """Returns the start page in a window."""
     view = View.at_home(Camera.initial(width, height), width, height)
     return AppState(view)
-
-
-def pixel_centre(camera: Camera) -> DoubleArray:
-    """Returns the centre of a picture, px, (2,)."""
-    return np.array([camera.width / 2, camera.height / 2])

@@ -82,9 +82,15 @@ class LevelDropped(Event):
 
 @dataclass(frozen=True)
 class WorkerLost(Event):
-    """The worker died or hung and has been started again."""
+    """The worker died or hung and has been started again.
+
+    Attributes:
+        why: what happened to it.
+        is_after_cancel: whether it was busy with what was cancelled, and was ended for that.
+    """
 
     why: str
+    is_after_cancel: bool = False
 
 
 class WorkerClient:
@@ -308,7 +314,7 @@ class WorkerClient:
         self._polled_s = now
         limit_s = HEARTBEAT_LIMIT_S if self.ready else START_LIMIT_S
         if self._cancelled_at is not None and self.is_busy and now - self._cancelled_at > CANCEL_GRACE_S:
-            self._replace_worker("did not answer the cancel in time")
+            self._replace_worker("did not answer the cancel in time", is_after_cancel=True)
         elif not self._process.is_alive():
             self._replace_worker(self._reason(None))
         elif self._silence_s > limit_s:
@@ -321,7 +327,7 @@ class WorkerClient:
             return f"was killed by signal {-code}" + (" (out of memory?)" if code == -9 else "")
         return f"ended with status {code}" if code is not None else f"broke the protocol ({error})"
 
-    def _replace_worker(self, why: str) -> None:
+    def _replace_worker(self, why: str, is_after_cancel: bool = False) -> None:
         self._stop()
         if self.is_busy:
             self._drop(LevelDropped(self.request_id, "worker", f"the worker {why}", "Try again."))
@@ -331,7 +337,7 @@ class WorkerClient:
             self._process = None
         else:
             self.start()
-        self._events.append(WorkerLost(0, why))
+        self._events.append(WorkerLost(0, why, is_after_cancel))
 
     def _stop(self) -> None:
         self._process.kill()

@@ -57,9 +57,9 @@ def _unsaved(state: AppState, ui: Ui) -> list[cmd.Command]:
 def unsaved_text(state: AppState) -> str:
     """Returns what would be lost, as far as the user sees it."""
     num_saved = state.saved[0]
-    fresh = range(max(num_saved, 1), state.num_finished)  # the photo is no level that somebody made
+    fresh = range(num_saved, state.num_finished)
     count = sum(state.scene.mark(index).sight == "shown" for index in fresh)
-    if not count:
+    if count <= (num_saved == 0):  # no level, or the photo alone
         what = "Your last changes have" if num_saved else "The scene has"
         return f"{what} not been saved. Without saving {'they are' if num_saved else 'it is'} lost."
     levels = "1 level has" if count == 1 else f"{count} levels have"
@@ -68,12 +68,10 @@ def unsaved_text(state: AppState) -> str:
 
 def _recover(state: AppState, ui: Ui) -> list[cmd.Command]:
     left = state.leftover
-    count, name = (left.count, left.name) if left is not None else (0, "")
     with face(ui.fonts.bold, theme.HEAD_PT):
         imgui.text_unformatted("Bring back what was not saved?")
-    what = "1 level" if count == 1 else f"{count} levels"
-    of = f" of {name}" if name else ""
-    wrapped(ui, f"wzviewer ended unexpectedly. It had kept {what}{of}.", ui.colors.muted)
+    what = left.what if left is not None else "nothing"
+    wrapped(ui, f"wzviewer ended unexpectedly. It had kept {what}.", ui.colors.muted)
     discard, recover = cmd.SettleRecovery("discard"), cmd.SettleRecovery("recover")
     return _buttons(ui, ("Later", cmd.Escape()), ("Delete", discard), ("Recover", recover))
 

@@ -183,11 +183,11 @@ def draw_film(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], f
         room = imgui.get_content_region_avail().x
         share = "" if film.is_picture else f" {100 * film.fraction:.0f} %"
         what = "Stopping" if film.is_cancelling else f"{film.kind.capitalize()}{share}"
-        button = ui.pt(84)
+        button = ui.pt(72)
         imgui.align_text_to_frame_padding()
         icon = icons.ICON_FA_IMAGE if film.is_picture else icons.ICON_FA_FILM
-        text = f"{icon}  {what}   {film.path.name}"
-        imgui.text_unformatted(elided(text, room - button - ui.pt(8)))
+        text = f"{icon}  {what}  {film.path.name}"
+        imgui.text_unformatted(elided(text, room - button - ui.pt(4)))
         imgui.same_line(imgui.get_style().window_padding.x + room - button)
         imgui.begin_disabled(film.is_cancelling)
         if imgui.button("Cancel##film", (button, 0.0)):

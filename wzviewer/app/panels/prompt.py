@@ -195,9 +195,9 @@ def _action(state: AppState, ui: Ui, size: tuple[float, float]) -> list[cmd.Comm
         tooltip("Stop making this level   Esc")
         return [cmd.CancelJob()] if pressed else []
     with primary(ui), face(ui.fonts.bold):
-        label = "Generate" if len(state.scene) or state.photo is None else "Make 3D"
-        pressed = imgui.button(label, size)
-    tooltip("New detail where you look   Enter")
+        is_flat = not len(state.scene) and state.photo is not None
+        pressed = imgui.button("Make 3D" if is_flat else "Generate", size)
+    tooltip("Make the photo a 3D scene   Enter" if is_flat else "New detail where you look   Enter")
     return [cmd.Generate()] if pressed else []
 
 

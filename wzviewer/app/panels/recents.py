@@ -37,10 +37,8 @@ def draw_leftover(state: AppState, ui: Ui) -> list[cmd.Command]:
     left = state.leftover
     if left is None or not _has_leftover(state):
         return []
-    levels = "1 level" if left.count == 1 else f"{left.count} levels"
-    of = f" of {left.name}" if left.name else ""
     width = imgui.get_content_region_avail().x
-    text = f"{icons.ICON_FA_CLOCK_ROTATE_LEFT}   Bring back {levels}{of}, not saved"
+    text = f"{icons.ICON_FA_CLOCK_ROTATE_LEFT}   Bring back {left.what}, not saved"
     with colored(ui.colors.accent):
         pressed = imgui.button(elided(text, width - ui.pt(20)), (width, ui.pt(LEFTOVER_PT - 8)))
     return [cmd.SettleRecovery("recover")] if pressed else []
