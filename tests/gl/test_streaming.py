@@ -1,6 +1,7 @@
 """Levels that arrive piece by piece while frames go on."""
 
 import threading
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -137,7 +138,7 @@ def test_nothing_outside_a_new_level_changes(monkeypatch, renderer, soon):
     outside = (x < low[0] - reach) | (x > high[0] + reach) | (y < low[1] - reach) | (y > high[1] + reach)
     assert 0.2 < outside.mean() < 0.9
     states = []
-    for _ in range(60):
+    for _ in range(3000):
         arriving = not renderer.sync(scene, page_bytes)
         frame = renderer.render_soon(view) if soon else renderer.render(view)
         picture = frame.read_color8()
@@ -145,6 +146,8 @@ def test_nothing_outside_a_new_level_changes(monkeypatch, renderer, soon):
         states.append(bool((picture != before).any()))
         if not arriving and states[-1] and frame.stats.is_exact:
             break
+        if not arriving:
+            time.sleep(0.01)  # the order is made on another thread; a busy machine takes its time
     assert states.count(True) >= 1  # and inside it does
     assert states[:20] == [False] * 20  # 27 pages: nothing of it is shown before its last
     assert states == sorted(states)
