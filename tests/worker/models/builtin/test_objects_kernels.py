@@ -18,8 +18,8 @@ def digest(*names):
 @pytest.mark.parametrize(
     ("module", "compiled_in"),
     [
-        (march, ("noise", "primitives")),
-        (patterns, ("noise", "primitives", "terms", "chitin", "skins", "botany", "minerals")),
+        (march, ("noise", "shapes", "primitives")),
+        (patterns, ("noise", "shapes", "primitives", "terms", "chitin", "skins", "botany", "minerals")),
     ],
 )
 def test_entry_files_carry_the_digest_of_what_they_compile(module, compiled_in):

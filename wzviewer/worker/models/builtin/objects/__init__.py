@@ -18,7 +18,7 @@
         ▼
     render ── thin         hairs widened to a pixel, balls that hold thin parts
       ├────── march        ONE compiled interpreter of the arrays: rays -> hits; occlusion, shadows
-      │         └ primitives   the distance functions
+      │         └ primitives   the distance functions, of plain `shapes` and of those that are swept
       └────── patterns     materials: colour and relief that grow finer as the pixel shrinks
                 └ chitin, skins, botany, minerals, terms, noise
         ▼
