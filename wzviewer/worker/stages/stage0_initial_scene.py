@@ -12,6 +12,7 @@ from wzviewer.worker.draft import Draft
 from wzviewer.worker.levels import preview_level
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.models.builtin.depth.estimator import depth_from_reading
+from wzviewer.worker.models.builtin.detail.describe import below_sky
 
 MEDIAN_DEPTH = 1.0  # the world unit: the median depth of E_0
 
@@ -49,6 +50,6 @@ def read_scene(
     check()
     depth = depth_from_reading(reading).astype(np.float64)
     relief = ((depth - MEDIAN_DEPTH) / flat.frame.unit).astype(np.float32)
-    context = models.detail.describe(flat.image, None, None)
+    context = below_sky(models.detail.describe(flat.image, None, None), flat.image, reading.sky)
     notes = {"scene_kind": reading.kind}
     return Draft(camera, flat.frame, (), flat.image, relief, reading.sky, (), context, {}, notes)

@@ -8,6 +8,7 @@ import pytest
 
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of
 from wzviewer.worker.models.builtin.detail.describe import (
+    below_sky,
     classified,
     colour_word,
     cropped_labels,
@@ -208,6 +209,22 @@ def test_a_lake_is_water_and_the_sky_is_not():
     assert (
         "ripple" not in described(lakeside(at_row=100)).materials
     )  # across the middle: haze, for all we know
+
+
+def test_a_white_petal_before_the_sky_is_no_sky():
+    image = np.full((80, 120, 3), (0.8, 0.82, 0.86), np.float32)
+    image[60:] = (0.2, 0.4, 0.1)
+    context = dataclasses.replace(described(image), labels=np.zeros((80, 120), np.uint8), materials=("sky",))
+    context = dataclasses.replace(context, regions=context.regions[:1])
+    sky = np.zeros((80, 120), bool)
+    sky[:40] = True
+    names = np.array((known := below_sky(context, image, sky)).materials)[known.labels]
+    assert (names[:40] == "sky").all()
+    assert (names[40:] == "smooth").all()
+    assert len(known.regions) == len(known.materials)
+    assert known.regions[-1].share == pytest.approx(0.5)
+    assert below_sky(context, image, np.zeros_like(sky)) is context
+    assert below_sky(context, image, np.ones_like(sky)) is context
 
 
 def test_five_levels_in_a_row_are_five_materials():

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wzviewer.core.types import ByteArray, FloatArray
+from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
 from wzviewer.worker.models.builtin.detail.waters import with_waters
 
 BUILT_SHARE = 0.35
 """From this share of contours along two axes on it is walls, roofs and windows, no stone that broke."""
+LEAST_SOLID = 0.002  # of the picture
 OBJECTS_SPREAD = 2.5
 """Above this ratio of the octaves it is objects that make the contrast, no texture: glass, metal, spokes."""
 
@@ -63,6 +64,24 @@ def inherited(image: FloatArray, parent: Context, labels: ByteArray, names: tupl
     """Returns the context of an image made from known labels: materials become what they are made of."""
     regions = statistics(image, labels, len(names))
     return Context(labels, closer(names), regions, words_for(regions, names), parent.level + 1)
+
+
+def below_sky(context: Context, image: FloatArray, sky: BoolArray) -> Context:
+    """Returns the context in which nothing is sky that the depth of the scene knows is none: a white petal.
+
+    Args:
+        context: of the image.
+        image: ``(h, w, 3)`` in 0..1.
+        sky: ``(h, w)``, where the sky is; if that is nowhere, nothing is known of it.
+    """
+    named = np.array([name == "sky" for name in context.materials])[context.labels]
+    solid = named & ~sky
+    if not sky.any() or solid.mean() < LEAST_SOLID:
+        return context
+    labels = np.where(solid, len(context.materials), context.labels).astype(np.uint8)
+    regions = (*context.regions, statistics(image, solid.astype(np.uint8), 2)[1])
+    names = (*context.materials, "smooth")
+    return Context(labels, names, regions, words_for(regions, names), context.level)
 
 
 def _heir(region: Region, parent: Context) -> str:
