@@ -64,7 +64,9 @@ def begin_drag(services: Services, state: AppState, command: cmd.BeginDrag) -> A
     """
     view, camera = state.view, state.view.camera
     pivot = point_at(services, state, command.x_px, command.y_px)
-    middle = point_at(services, state, camera.width / 2, camera.height / 2)
+    middle = view.focus  # at rest it has been found already
+    if view.focused is not camera:
+        middle = point_at(services, state, camera.width / 2, camera.height / 2)
     depth, near = (float(camera.to_camera(point)[2]) for point in (pivot, middle))
     if command.kind == "orbit" and depth > BACKDROP * near > 0:
         pivot = camera.unproject(command.x_px, command.y_px, near)
