@@ -177,6 +177,15 @@ def rubble():
     return np.repeat(np.clip(0.35 + 0.09 * plane / plane.std(), 0, 1)[..., None], 3, 2).astype(np.float32)
 
 
+def test_a_flowers_disc_is_no_metal():
+    """Light stamens in dark gaps are two tones, as wrought iron is, but of a strong colour."""
+    measured = {"lightness": 26, "fine": 11, "middle": 19, "wide": 22, "coherence": 0.35, "tones": 0.29}
+    green = dataclasses.replace(PLAIN, green_red=-15, blue_yellow=20)
+    disc = dataclasses.replace(PLAIN, green_red=15.5, blue_yellow=24, **measured)
+    iron = dataclasses.replace(PLAIN, green_red=6.6, blue_yellow=7.8, **measured)
+    assert classified((disc, iron, green))[:2] == ("venation", "metal")
+
+
 def test_wrought_iron_is_no_stone_and_stone_is():
     iron, stone = (described(image) for image in (railing(), rubble()))
     assert not {"rock", "sand"} & set(np.array(iron.materials)[iron.labels[::4, ::4]].ravel())

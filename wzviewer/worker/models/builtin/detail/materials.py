@@ -10,7 +10,8 @@
                                ▲                        │
     sand ─► rock ─┐            └──────── lattice ◄──────┘
     plaster ──────┴─► granite ──► facet ────┘▲
-    wet ──► cornea ──► cell     smooth, metal ──► glaze ──► polish ──► alloy ──► lattice
+    wet ──► cornea ──► cell     smooth ──► glaze ─┬► polish ──► alloy ──► lattice
+                                           metal ─┘
     sky ──► air ──► haze ──► droplet ──► frost ──► lattice     brushed ──► alloy
 
 Eight levels of x8 lead from a leaf to its atoms; who goes on finds grains again.
@@ -76,7 +77,7 @@ MATERIALS: dict[str, Material] = {
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
         _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.006, 0),
         _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.014, 0),
-        _material("metal", "metal", "glaze", 0.35, 0.004, 0.004, 0),
+        _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0),
         _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.045, 0.1),
         _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
         _material("cornea", "smooth tissue", "cell", 0.5, 0.004, 0.03, 0),
