@@ -7,6 +7,7 @@ from wzviewer.worker.models.builtin.objects.editor import ObjectEditor
 from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
 from wzviewer.worker.models.builtin.objects.placement import Support
 from wzviewer.worker.models.builtin.objects.sizes import (
+    LEAST_OF_USUAL,
     LEAST_SHARE,
     NATURAL_M,
     Ruler,
@@ -64,8 +65,17 @@ def test_deeper_views_are_smaller_worlds():
 
 
 def test_nothing_is_a_speck():
-    assert share_of("ladybug", USUAL_SIZE, 50.0 / W, (H, W)) == pytest.approx(LEAST_SHARE * H / W)
-    assert share_of("ladybug", 0.12, 50.0 / W, (H, W)) == pytest.approx(LEAST_SHARE * H / W)
+    """What is read of a picture may be wrong: a robin stays in sight, a tiny one nearly so."""
+    far = 500.0 / W
+    assert share_of("bird", USUAL_SIZE, far, (H, W)) == pytest.approx(LEAST_OF_USUAL * USUAL_SIZE)
+    assert share_of("bird", 0.12, far, (H, W)) >= LEAST_SHARE * H / W
+
+
+@pytest.mark.parametrize("name", ["ladybug", "butterfly", "lego brick"])
+def test_what_is_smaller_than_a_hand_is_there_to_be_looked_at(name):
+    """A petal near the camera, in a meadow, read as metres wide: a butterfly on it was 3 % of the view."""
+    for width_m in (50.0, 1.0, 0.01):
+        assert share_of(name, USUAL_SIZE, width_m / W, (H, W)) == USUAL_SIZE
 
 
 @pytest.mark.parametrize("width_m", [0.1, 1.0, 8.0])

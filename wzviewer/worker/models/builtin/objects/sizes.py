@@ -5,8 +5,10 @@ A picture has no scale of its own.  A landscape is taken as seen from eye height
 high.  Only the order of depths counts.  Indoors the usual distance of a room counts as much.  A close-up
 says nothing: there, sizes are the prompt's.
 
-Truth would make a robin in a wide view a dot.  So a size is drawn between the usual share of the view and
-the natural one, never as a speck, and deeper views are smaller worlds.
+Truth would make a robin in a wide view a dot, and what is read of a picture may be off by four.  So a size
+is drawn between the usual share of the view and the natural one, never below a third of the usual, and
+deeper views are smaller worlds.  What is smaller than a hand is asked for to be looked at: a butterfly on
+a petal fills the view as ever.
 """
 
 from dataclasses import dataclass
@@ -60,7 +62,8 @@ NATURAL_M: dict[str, float] = {
 }
 """The longest side of each object, metres."""
 
-SMALLEST_M = 0.07  # what is smaller is drawn as if it were this large: an insect is there to be seen
+HAND_M = 0.1  # what is smaller has its usual size in any view: beside a person it would not be seen
+LEAST_OF_USUAL = 0.35  # of the usual size, unless it is asked for smaller
 LEAST_SHARE = 0.06  # of a view's height: less is a speck
 _EYE_M = {"landscape": 2.4, "indoor": 1.6}  # over land often from a rise
 _ROOM_M = 2.0  # metres a unit of depth (the median depth) where there is no horizon
@@ -150,14 +153,13 @@ def share_of(name: str, size: float, metres: float | None, shape: tuple[int, int
         shape: (h, w) of the view.
     """
     natural = NATURAL_M.get(name.removesuffix(" in flight"))
-    if metres is None or natural is None:
+    if metres is None or natural is None or natural < HAND_M:
         return size
     h, w = shape
-    least = LEAST_SHARE * h / w
-    true = max(natural, SMALLEST_M) / (metres * w)
-    drawn = float(np.clip(USUAL_SIZE * (true / USUAL_SIZE) ** _TRUTH, least, USUAL_SIZE))
+    true = natural / (metres * w)
+    drawn = USUAL_SIZE * float(np.clip((true / USUAL_SIZE) ** _TRUTH, LEAST_OF_USUAL, 1.0))
     word = size / USUAL_SIZE  # "giant" is larger than its like, "tiny" smaller
-    return min(drawn * word * word, size) if word > 1 else max(drawn * word, least)
+    return min(drawn * word * word, size) if word > 1 else max(drawn * word, LEAST_SHARE * h / w)
 
 
 def coarse(values: DoubleArray) -> FloatArray:
