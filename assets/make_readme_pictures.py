@@ -88,6 +88,11 @@ class Stage:
                 break
         self.app.run(None, SETTLE_FRAMES)
 
+    def open(self) -> None:
+        """Opens the scene, which is read beside the frames."""
+        self.app.do(cmd.Open(self.scene))
+        self.run_until(lambda app: app.state.errand is None and len(app.state.scene) > 0)
+
     def go_to(self, level: int, notches: float = 0.0) -> None:
         """Flies to a level, and further by turns of the wheel."""
         self.app.do(cmd.GoToLevel(level))
@@ -128,8 +133,8 @@ def prompt(stage: Stage) -> None:
 
 def behind(stage: Stage) -> None:
     """Which level draws what, between two of them."""
-    stage.app.do(cmd.Open(stage.scene))
-    stage.go_to(1, notches=-2.0)
+    stage.open()
+    stage.go_to(1, notches=-6.0)
     stage.app.do(cmd.Toggle("statistics"), cmd.SetLook(Look("levels")))
     stage.take("behind")
     stage.app.do(cmd.Toggle("statistics"), cmd.SetLook(Look()))
@@ -137,7 +142,8 @@ def behind(stage: Stage) -> None:
 
 def timeline(stage: Stage) -> None:
     """A film of four views, one of them selected."""
-    stage.app.do(cmd.Open(stage.scene), cmd.Toggle("timeline"))
+    stage.open()
+    stage.app.do(cmd.Toggle("timeline"))
     for level in range(4):
         stage.go_to(level)
         stage.app.do(cmd.AddKey())
