@@ -7,7 +7,7 @@ import pytest
 
 from wzviewer.app.layout import MARGIN_PT, arrange
 from wzviewer.app.panels.timeline import HEIGHT_PT
-from wzviewer.app.panels.wording import count_text, length_text, magnification_text
+from wzviewer.app.panels.wording import count_text, magnification_text, share_text
 
 
 @pytest.mark.parametrize("size", [(480, 360), (640, 480), (820, 560), (900, 600), (1280, 800), (3840, 2160)])
@@ -55,10 +55,22 @@ def test_magnifications_read_well():
         assert magnification_text(value) == text
 
 
-def test_lengths_and_counts_read_well():
-    texts = {5.0: "5 u", 0.1: "0.1 u", 0.05: "50 mu", 0.001: "1 mu", 2e-6: "2 µu", 5e-13: "500 fu"}
-    assert {length_text(k) for k in texts} == set(texts.values())
+def test_counts_read_well():
     assert [count_text(n) for n in (512, 83_400, 999_600, 1_234_567)] == ["512", "83 k", "1.0 M", "1.2 M"]
+
+
+def test_lengths_are_told_in_widths_of_the_photo():
+    texts = {
+        5.0: "5 × the photo",
+        1.0: "as wide as the photo",
+        0.5: "1/2 of the photo",
+        0.05: "1/20 of the photo",
+        2e-4: "1/5,000 of the photo",
+        1e-6: "1/1 million of the photo",
+        5e-10: "1/2 billion of the photo",
+        2e-13: "1/5 trillion of the photo",
+    }
+    assert {k: share_text(k) for k in texts} == texts
 
 
 def test_magnifications_are_shorter_where_there_is_little_room():

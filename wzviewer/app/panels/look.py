@@ -9,6 +9,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.look import MODES, RAMP, Look, level_color
 from wzviewer.app.panels.surface import Ui, choice, colored, face, plate, small, switch
+from wzviewer.app.panels.wording import UNIT
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -133,5 +134,5 @@ def _of_scene(state: AppState) -> dict[str, str]:
         "Levels": f"{len(state.scene.visible())} of {len(state.scene)}",
         "Surfels in all": f"{state.scene.num_surfels:,}",
         "Focal length": f"{state.view.camera.focal_px:,.0f} px",
-        "Distance of the focus": f"{state.view.focus_depth:.3g} u",
+        "Distance of the focus": f"{state.view.focus_depth:.3g} {UNIT}",
     }

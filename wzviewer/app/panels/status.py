@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, elided, face, plate
-from wzviewer.app.panels.wording import UNIT, length_text, magnification_text
+from wzviewer.app.panels.wording import magnification_text, share_text
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 from wzviewer.core.navigation import scale_bar
@@ -17,21 +17,24 @@ from wzviewer.core.navigation import scale_bar
 BAR_LIMIT_PT = 150.0
 PADDING_PT = 12.0
 FIGURE_PT = 20.0  # size of the magnification
-ABOUT_UNIT = f"1 {UNIT} is the median distance in the photo"
 FLAT = imgui.WindowFlags_.no_background.value | imgui.WindowFlags_.no_inputs.value
 
 
 def draw_scale_bar(state: AppState, ui: Ui) -> None:
-    """Draws a bar of a round length at the depth of the focus."""
+    """Draws a bar of a round length at the depth of the focus, told in widths of the photo.
+
+    The world's unit is the photo's middle distance: at it the photo is ``width / fx`` units wide.
+    """
     view = state.view
     if view.focus_depth <= 0 or not len(state.scene):
         return
     ratio = imgui.get_io().display_framebuffer_scale.x
-    units_per_pt = view.camera.pixel_scale(view.focus_depth) * ratio
+    photo = state.scene[0].camera
+    photos_per_pt = view.camera.pixel_scale(view.focus_depth) * ratio * photo.fx / photo.width
     rect, text_pt = ui.layout.scale_bar, theme.SMALL_PT
-    bar = scale_bar(units_per_pt, min(ui.pt(BAR_LIMIT_PT), rect.width - ui.pt(2 * PADDING_PT)))
+    bar = scale_bar(photos_per_pt, min(ui.pt(BAR_LIMIT_PT), rect.width - ui.pt(2 * PADDING_PT)))
     with plate("scale bar", rect, FLAT), face(ui.fonts.regular, text_pt):
-        text, draw = length_text(bar.length), imgui.get_window_draw_list()
+        text, draw = share_text(bar.length), imgui.get_window_draw_list()
         width = max(bar.width_px, imgui.calc_text_size(text).x)
         _ground(ui, replace(rect, width=width + ui.pt(2 * PADDING_PT)))
         x, y, tick = rect.x + ui.pt(PADDING_PT), rect.bottom - ui.pt(11), ui.pt(6)

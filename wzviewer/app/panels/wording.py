@@ -1,8 +1,5 @@
 """Numbers and stages as people read them."""
 
-import math
-
-PREFIXES = ("", "m", "µ", "n", "p", "f", "a")  # thousandths
 STAGES = {  # of the paper, as the worker calls them, and what they are to somebody who waits
     "initial scene": "making the photo 3D",
     "new scale image": "painting finer detail",
@@ -32,12 +29,15 @@ def magnification_text(value: float, is_short: bool = False) -> str:
     return f"×{value / 1e12:.1f} trillion"
 
 
-def length_text(length: float) -> str:
-    """Returns a length in world units, such as 0.2 u, 50 mu or 2 µu."""
-    if length >= 0.1:
-        return f"{length:g} {UNIT}"
-    step = min(math.ceil(-math.log10(length) / 3.0 - 1e-9), len(PREFIXES) - 1)
-    return f"{round(length * 1000.0**step, 6):g} {PREFIXES[step]}{UNIT}"
+def share_text(share: float) -> str:
+    """Returns a length as a share of the photo's width, such as 1/2 of the photo or 1/5,000 of the photo."""
+    if share >= 0.95:
+        return "as wide as the photo" if share < 1.05 else f"{share:g} × the photo"
+    parts = 1.0 / share
+    for limit, name, size in ((1e6, "", 1.0), (1e9, " million", 1e6), (1e12, " billion", 1e9)):
+        if parts < 0.999 * limit:
+            return f"1/{round(parts / size):,}{name} of the photo"
+    return f"1/{round(parts / 1e12):,} trillion of the photo"
 
 
 def stage_text(name: str) -> str:
