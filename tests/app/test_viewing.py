@@ -13,6 +13,7 @@ from wzviewer.app.picking import depth_on_relief, world_point
 from wzviewer.app.state import View, fitted
 from wzviewer.app.viewing import advance, refocus
 from wzviewer.core.camera import Camera
+from wzviewer.core.scene import Scene
 
 
 @pytest.fixture
@@ -149,6 +150,24 @@ def test_the_magnification_of_a_fresh_view_is_one():
     view = View.at_home(Camera.initial(300, 200), 640, 420)
     assert view.magnification == pytest.approx(1.0)
     assert math.isclose(view.focus_depth, 1.0)
+
+
+def test_where_the_middle_is_sky_too_a_drag_turns_the_foreground(services):
+    """A flower at the edge of the view, and sky in its middle: it flew out of the window."""
+    scene, level = Scene(), make_scene(1)[0]
+    height, width = level.relief.shape
+    is_sky = np.zeros((height, width), np.uint8)
+    is_sky[: 4 * height // 5] = 1
+    relief = np.where(is_sky, (60.0 - level.anchor_depth) / level.frame.unit, 0.0).astype(np.float32)
+    scene.append(replace(level, relief=relief, maps={"sky": is_sky}))
+    scene.commit(0)
+    state = state_with(scene)
+    camera = state.view.camera
+    services.renderer.pick = lambda camera, x_px, y_px: (60.0 if y_px < 0.8 * 420.0 else 1.0, 0)
+    flower = camera.unproject(320.0, 400.0, 1.0)
+    state = apply(services, state, [cmd.BeginDrag("orbit", 320.0, 210.0), cmd.DragTo(420.0, 210.0)])
+    moved = state.view.camera.project(flower)[:2] - camera.project(flower)[:2]
+    assert np.linalg.norm(moved) < 20.0  # measured 7.6 px; about the sky it leaves the window
 
 
 def test_a_drag_on_the_sky_turns_what_stands_in_the_middle(services, state):

@@ -1,6 +1,7 @@
 """Inserting objects: where, how large, in front of what; the same bytes again; finer again."""
 
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -121,6 +122,20 @@ def test_casts_a_shadow_beside_itself(ladybug):
     assert ladybug.shadow.max() <= 1
     darker = (ladybug.image - picture())[(ladybug.alpha == 0) & (ladybug.shadow < 0.9)]
     assert darker.mean() < -0.02
+
+
+def test_nothing_darkens_the_sky(ladybug):
+    """On a flower's edge a shadow fell on the sky behind it, and stood there alone seen from aside."""
+    sky = np.zeros((H, W), bool)
+    sky[:, W // 2 :] = True
+    assert (ladybug.shadow[sky] < 0.9).any()
+    for image in (
+        insert("a ladybug", replace(slope(), sky=sky)),
+        EDITOR.preview(EDITOR.parse("a ladybug"), picture(), replace(slope(), sky=sky), 1),
+    ):
+        beside = sky & (cv2.dilate(image.alpha, np.ones((9, 9))) == 0)  # a preview is enlarged
+        assert image.shadow[beside].min() > 0.99
+        assert image.shadow[~sky].min() < 0.75
 
 
 def test_is_red_with_black_spots(ladybug):

@@ -73,6 +73,8 @@ def insert(
     gain = composite.shadow_gain(ground, light, layer.alpha)
     if ALOFT & set(request.place):
         gain = np.ones_like(gain)  # too high for a shadow
+    if geometry.sky is not None:
+        gain = np.where(geometry.sky, np.float32(1), gain)  # nothing darkens the sky
     if water is not None:
         gain = 1 - _SHADOW_IN_WATER * (1 - gain) * (1 if cover is None else cover)
     mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
