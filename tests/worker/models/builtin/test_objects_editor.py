@@ -124,6 +124,19 @@ def test_casts_a_shadow_beside_itself(ladybug):
     assert darker.mean() < -0.02
 
 
+def test_where_the_level_is_anchored_does_not_matter():
+    """Anchored in the sky, 20 times as far, a ladybug on a flower was 20 times as deep as it was wide."""
+    near = slope()
+    f, sky = near.focal_px, 20.0
+    far = replace(near, relief=(f * ((1 + near.relief / f) / sky - 1)).astype(np.float32))
+    one, two = insert("a ladybug", near), insert("a ladybug", far)
+    assert (one.object_mask == two.object_mask).mean() > 0.999
+    both = one.object_mask & two.object_mask
+    depths = 1 + one.object_relief[both] / f, sky * (1 + two.object_relief[both] / f)
+    assert np.ptp(depths[0]) > 0.03  # measured .035
+    assert np.abs(depths[0] - depths[1]).max() < 0.006  # measured .0040, mean .0002
+
+
 def test_nothing_darkens_the_sky(ladybug):
     """On a flower's edge a shadow fell on the sky behind it, and stood there alone seen from aside."""
     sky = np.zeros((H, W), bool)

@@ -60,7 +60,9 @@ def insert(
     rng = np.random.default_rng([seed, 5])
     pose, plane = _posed(body, geometry, centre, width_px, rng, stands=height == 0 and not request.submerged)
     bounce = _surroundings(result.image, centre, width_px)
-    lift = placement.lift_onto(pose, plane)
+    share, at = geometry.range_at(pose.position[2]), pose.position[2]
+    size = share * pose.size_px  # in native px, which are those of the anchor
+    lift = placement.lift_onto(pose, plane.at_range(share))
     pose = placement.hovering(pose, height)
     water = bounce if request.submerged else None
     placed = Placement(name, seed, request.tint, pose, lift, light, bounce, width_px, water)
@@ -78,12 +80,13 @@ def insert(
     if water is not None:
         gain = 1 - _SHADOW_IN_WATER * (1 - gain) * (1 if cover is None else cover)
     mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
-    relief = np.where(mask, layer.relief + plane_image(lift, (h, w)), np.nan).astype(np.float32)
+    relief = np.where(mask, layer.relief + plane_image(lift, (h, w)), np.nan)
+    relief = (at + share * (relief - at)).astype(np.float32)
     behind = np.fmin(geometry.relief, result.object_relief)
-    hidden = placement.hidden_by(behind, relief, mask, pose.size_px) & (height == 0)
+    hidden = placement.hidden_by(behind, relief, mask, size) & (height == 0)
     relief, shift = placement.settle(relief, mask, behind, pose.size_px, floats=height > 0)
     if hidden.any():
-        near = geometry.relief < plane_image(plane, (h, w)) - 0.4 * pose.size_px
+        near = geometry.relief < plane_image(plane, (h, w)) - 0.4 * size
         layer, mask, gain = without(layer, hidden), mask & ~hidden, np.where(near, np.float32(1), gain)
     placed = shifted(placed, shift)
     finish = composite.Finish.of(result.image)

@@ -17,7 +17,9 @@ from wzviewer.worker.models.builtin.objects.render import Scene, render_mask
 
 MARGIN = 0.08  # an object's bounding box stays this far inside the frame
 _PROBE = 168
+LEAST_SUPPORT = 0.04  # of the surroundings: with less before the sky it is in the sky
 _STEEPEST = 6.0
+_NEAREST = 1e-3  # of the anchor's distance
 _IN_FRONT = 0.40  # of its length: what is nearer by less is the support's own roughness
 _MOST_HIDDEN = 0.6
 _UPRIGHT, _LEAN = 1.73, 0.35  # px of relief per px: its own ground is seen from 30 degrees or flatter
@@ -44,6 +46,10 @@ class Support:
     sky: BoolArray | None = None
     metres_per_px: FloatArray | None = None
 
+    def range_at(self, relief: float) -> float:
+        """Returns how far a relief is, the level's anchor being 1: so much larger are the pixels there."""
+        return max(1.0 + relief / self.focal_px, _NEAREST)
+
     def ray_at(self, x: float, y: float) -> tuple[float, float]:
         """Returns the slope of the ray through a pixel."""
         h, w = self.relief.shape
@@ -64,6 +70,11 @@ class Plane:
         """Returns relief at pixels."""
         return self.at + self.slope_x * (x - self.x0) + self.slope_y * (y - self.y0)
 
+    def at_range(self, share: float) -> "Plane":
+        """Returns the plane with slopes in pixels of its own distance, where those are of the anchor's."""
+        steep = np.clip(np.array([self.slope_x, self.slope_y]) / share, -_STEEPEST, _STEEPEST)
+        return replace(self, slope_x=float(steep[0]), slope_y=float(steep[1]))
+
     def normal(self, ray: tuple[float, float]) -> DoubleArray:
         """Returns the unit normal towards the camera of the surface in camera axes."""
         rx, ry = ray
@@ -73,7 +84,11 @@ class Plane:
 
 
 def fit_plane(support: Support, x: float, y: float, radius_px: float) -> Plane:
-    """Fits a plane to the relief around a pixel; trims what does not belong to that surface."""
+    """Fits a plane to the relief around a pixel; trims what does not belong to that surface.
+
+    What is on the edge of something before the sky stands on that thing alone: a plane through both
+    would lead from one into the distance of the other.
+    """
     h, w = support.relief.shape
     step = max(int(radius_px / 24), 1)
     ys, xs = np.mgrid[
@@ -83,22 +98,26 @@ def fit_plane(support: Support, x: float, y: float, radius_px: float) -> Plane:
     z = support.relief[ys, xs].astype(np.float64)
     far = np.hypot(xs - x, ys - y)
     good = np.isfinite(z) & (far <= radius_px)
+    if support.sky is not None and (solid := good & ~support.sky[ys, xs]).sum() >= LEAST_SUPPORT * good.sum():
+        good = solid
     if good.sum() < 12:
         return Plane(x, y, 0.0, 0.0, 0.0)
     core = good & (far <= max(0.35 * radius_px, far[good].min() + 1))
     at = float(np.median(z[core]))
     u, v, z = xs[good] + 0.5 - x, ys[good] + 0.5 - y, z[good] - at
     fit = np.zeros(3)
-    keep = np.abs(z) < 3.0 * radius_px
+    near = support.range_at(at)
+    keep = np.abs(z) < 3.0 * near * radius_px
     for _ in range(4):
         if keep.sum() < 12:
             break
         basis = np.stack([u[keep], v[keep], np.ones(int(keep.sum()))], 1)
         fit = np.linalg.lstsq(basis, z[keep], rcond=None)[0]
         off = np.abs(z - fit[0] * u - fit[1] * v - fit[2])
-        keep = off <= max(2.0 * float(np.median(off)), 0.5)
-    slope = np.clip(fit[:2], -_STEEPEST, _STEEPEST)
-    return Plane(x, y, at + float(np.clip(fit[2], -radius_px, radius_px)), float(slope[0]), float(slope[1]))
+        keep = off <= max(2.0 * float(np.median(off)), 0.5 * near)
+    slope = np.clip(fit[:2], -_STEEPEST * near, _STEEPEST * near)
+    off_px = float(np.clip(fit[2], -near * radius_px, near * radius_px))
+    return Plane(x, y, at + off_px, float(slope[0]), float(slope[1]))
 
 
 def orientation(
@@ -138,7 +157,8 @@ def pose_on(
     h, w = support.relief.shape
     plane = fit_plane(support, *centre_px, 0.6 * width_px)
     ray = support.ray_at(*centre_px)
-    rotation = orientation(body, plane.normal(ray), ray, rng)
+    local = plane.at_range(support.range_at(plane.at))
+    rotation = orientation(body, local.normal(ray), ray, rng)
     low, high, core = _extent(body, Pose(rotation, 1.0, (0.0, 0.0, 0.0), ray))
     size = width_px / (0.5 * core + 0.5 * float((high - low).max()))
     frame = np.array([w, h], np.float64)
