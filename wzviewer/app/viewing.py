@@ -66,16 +66,24 @@ def begin_drag(services: Services, state: AppState, command: cmd.BeginDrag) -> A
     """
     view, camera = state.view, state.view.camera
     pivot = point_at(services, state, command.x_px, command.y_px)
+    if command.kind == "orbit":
+        near = _near_depth(services, state, pivot)
+        if float(camera.to_camera(pivot)[2]) > BACKDROP * near > 0:
+            pivot = camera.unproject(command.x_px, command.y_px, near)
+    drag = Drag(command.kind, view.camera, pivot, command.x_px, command.y_px)
+    return state.with_view(replace(view, drag=drag, focus=pivot, flight=None, spring=ZoomSpring()))
+
+
+def _near_depth(services: Services, state: AppState, pivot: DoubleArray) -> float:
+    """Returns the depth of what one looks at: of the middle of the view, of its foreground from the sky."""
+    view, camera = state.view, state.view.camera
     middle = view.focus  # at rest it has been found already
     if view.focused is not camera:
         middle = point_at(services, state, camera.width / 2, camera.height / 2)
-    depth, near = (float(camera.to_camera(point)[2]) for point in (pivot, middle))
+    near = float(camera.to_camera(middle)[2])
     if _is_sky(state.scene, pivot):  # and so may be the middle
         near = min(near, _foreground_depth(state.scene, camera))
-    if command.kind == "orbit" and depth > BACKDROP * near > 0:
-        pivot = camera.unproject(command.x_px, command.y_px, near)
-    drag = Drag(command.kind, view.camera, pivot, command.x_px, command.y_px)
-    return state.with_view(replace(view, drag=drag, focus=pivot, flight=None, spring=ZoomSpring()))
+    return near
 
 
 def _is_sky(scene: Scene, point: DoubleArray) -> bool:

@@ -67,6 +67,8 @@ class Views:
 
     def finer(self, factor: float) -> "Views":
         """Returns the views with pixel scales as of ``factor`` times the resolution."""
+        if factor == 1.0:
+            return self
         rows = self.rows.copy()
         rows[:, 2, 3] -= np.log2(factor)
         return Views(rows, self.depth)

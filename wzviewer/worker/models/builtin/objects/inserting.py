@@ -84,7 +84,7 @@ def insert(
     relief = (at + share * (relief - at)).astype(np.float32)
     behind = np.fmin(geometry.relief, result.object_relief)
     hidden = placement.hidden_by(behind, relief, mask, size) & (height == 0)
-    relief, shift = placement.settle(relief, mask, behind, pose.size_px, floats=height > 0)
+    relief, shift = placement.settle(relief, mask, behind, pose.size_px, floats=height > 0, share=share)
     if hidden.any():
         near = geometry.relief < plane_image(plane, (h, w)) - 0.4 * size
         layer, mask, gain = without(layer, hidden), mask & ~hidden, np.where(near, np.float32(1), gain)

@@ -237,6 +237,7 @@ def settle(
     size_px: float,
     *,
     floats: bool = False,
+    share: float = 1.0,
 ) -> tuple[FloatArray, float]:
     """Brings a body's relief into contact: touching the support, never behind it.
 
@@ -246,13 +247,14 @@ def settle(
         support: (h, w), nan where unknown.
         size_px: the body's length, px.
         floats: True for what is in the air: then it only stays in front.
+        share: how far it is, the level's anchor being 1; its depths are in pixels of the anchor's.
 
     Returns:
         the relief in contact, and the uniform shift that was part of it.
     """
     known = mask & np.isfinite(support) & np.isfinite(relief)
     if not floats:
-        known &= ~hidden_by(support, relief, mask, size_px)
+        known &= ~hidden_by(support, relief, mask, share * size_px)
     if not known.any():
         return relief, 0.0
     gap = support[known] - relief[known]
