@@ -1,6 +1,7 @@
 """The public face: describes a picture, and makes the picture of a region of it eight times closer."""
 
 import math
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -221,6 +222,8 @@ class DetailSynthesizer:
             labels, names = with_seams(grey, labels, names)
         place = [round(1e6 * value) & 0xFFFFFFFF for value in region]
         seeds = (self._seed & 0xFFFFFFFF, seed & 0xFFFFFFFF, level & 0xFFFFFFFF, *place)
+        if level > 1:  # or every photograph had the same atoms in its middle
+            seeds = (*seeds, zlib.crc32(np.round(grey).astype(np.uint8).tobytes()))
         return _Job(
             observation=grey,
             width=width,
@@ -276,7 +279,7 @@ class DetailSynthesizer:
                 sigma *= 1 - _spread(coarse, strands) * glossy(plane)
             sigma *= self._belonging(job, coarse)
         elif job.level > 1:
-            sigma *= unevenness(plane, job.seeds)
+            sigma *= unevenness(job.observation, job.seeds)
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
     @staticmethod

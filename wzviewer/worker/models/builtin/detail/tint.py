@@ -9,13 +9,13 @@ import numpy as np
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, ramp, stretched
 
-TURN = 0.7  # radians per unit of detail / light
-MOST_TURN = 0.22
+TURN = 0.6  # radians per unit of detail / light
+MOST_TURN = 0.16
 WARMTH = 0.28
-SWING, MOST_SWING = 1.5, 0.3
+SWING, MOST_SWING = 0.8, 0.2
 """What there is less of, sparse lights or thin dark lines, is paler by this per unit of detail / light."""
-COLOURFUL = 32.0
-"""From this distance of the channels on, in grey levels, a colour is varied by its hue alone."""
+COLOURFUL = 0.35
+"""From this distance of the channels on, as a share of the greatest, a colour is varied by its hue alone."""
 WARM = np.array([1.0, -0.05, -2.36], np.float32)
 """From cool to warm, without luma."""
 GREY_AXIS = 3**-0.5
@@ -37,7 +37,9 @@ def tinted(base: FloatArray, detail: FloatArray, level: int) -> FloatArray:
     ratio = detail / np.maximum(light, 24)
     turn = np.clip(ratio * np.float32(TURN), -MOST_TURN, MOST_TURN) * lean
     swing = np.clip(ratio * np.float32(SWING * _rarer(detail)), -MOST_SWING, MOST_SWING)
-    warmth = np.float32(WARMTH) * lean * (1 - ramp(base.max(2) - base.min(2), 0, COLOURFUL)) * detail
+    strongest = base.max(2)
+    plain = 1 - ramp(1 - base.min(2) / np.maximum(strongest, 8), 0, COLOURFUL)
+    warmth = np.float32(WARMTH) * lean * plain * detail
     colour = base - light[..., None]
     across = np.float32(GREY_AXIS) * (np.roll(colour, 1, 2) - np.roll(colour, -1, 2))
     added = colour * swing[..., None] + across * turn[..., None] + warmth[..., None] * WARM
