@@ -20,6 +20,7 @@ from wzviewer.worker.models.builtin.detail.noise import (
     fractal,
     normalized,
     periodic_blur,
+    ridged,
     shaded,
     stamped,
     warped,
@@ -65,8 +66,8 @@ def granule(n: int, rng: np.random.Generator) -> FloatArray:
         inside = (np.hypot(u, v) < 1.3).astype(np.float32)
         return 1.1 * inside, inside
 
-    specks = stamped(base.astype(np.float32), n * n // 90, 3, speck, rng)
-    height = stamped(stamped(specks, n * n // 420, 6, bubble, rng), n * n // 400, 11, bean, rng)
+    specks = stamped(base.astype(np.float32), n * n // 170, 3, speck, rng)
+    height = stamped(stamped(specks, n * n // 560, 6, bubble, rng), n * n // 620, 11, bean, rng)
     return normalized(periodic_blur(height + 0.7 * shaded(1.2 * height), 0.6))
 
 
@@ -234,14 +235,12 @@ def froth(n: int, rng: np.random.Generator) -> FloatArray:
 
 
 def caustic(n: int, rng: np.random.Generator) -> FloatArray:
-    """Light under a moving surface of water: bright bent lines that meet and fade, and dim lenses between."""
-    total = np.zeros((n, n), np.float32)
-    for cells, width, weight in ((n // 17, 2.4, 1.0), (n // 10, 1.4, 0.5)):
-        first, second, _ = cellular(n, cells, rng, stretch=1.8)
-        here = np.clip(0.6 + 0.9 * fractal(n, 1.5, rng, stretch=0.5), 0, 2.5)
-        line = (here * np.exp(-(second - first) / width)).astype(np.float32)
-        total += weight * warped(warped(line, 2.0, rng, slope=1.0), 7.0, rng)
-    return normalized(periodic_blur(total, 0.7))
+    """Water near: soft swells with glints where they face the light, drawn out flat, in gusts."""
+    swell = ridged(n, 3, n // 44, rng, stretch=0.32)
+    gust = np.clip(0.7 + 0.8 * fractal(n, 1.6, rng, stretch=0.6), 0.1, 2.2)
+    glint = np.clip(swell - 0.9, 0, 3) ** 1.5
+    height = warped((gust * (0.5 * swell + 1.1 * glint)).astype(np.float32), 5.0, rng, slope=1.8)
+    return normalized(periodic_blur(height + 1.2 * shaded(1.6 * height, 100.0), 0.8))
 
 
 def air(n: int, rng: np.random.Generator) -> FloatArray:

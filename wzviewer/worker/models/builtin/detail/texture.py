@@ -19,8 +19,7 @@ TURN_RAD = 0.4
 """A tile is smaller than the picture: turned, it does not repeat along a row, and its light hardly turns."""
 NARROW = 0.4  # of the picture: strands in seams need not be long
 TURNABLE = frozenset(
-    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth", "caustic"}
-    | {"orbital"}
+    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth"} | {"orbital"}
 )  # unlit tiles: a quarter turn does not move the light
 
 
