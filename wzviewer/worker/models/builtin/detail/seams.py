@@ -10,14 +10,14 @@ import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS
-from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma, ramp
+from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma
 
 SURROUNDINGS_PX = 6.0  # of the observation
 DARKER = 0.7  # deviations of the surroundings
 LEAST_DARKER = 2.5  # grey levels: below that nobody sees a line
 PATCH_PX = 34.0  # of the observation, from a busy place to a calm one
 PATCHES, ON_FORMS = 0.35, 0.3
-HEADROOM = 25.0  # grey levels below white: a colour that is cut off there is another colour
+WHITE, ROOM_SHARE = 262.0, 0.22
 LEAST_PX = 60  # of the observation; fewer are specks
 
 
@@ -52,14 +52,13 @@ def dark_lines(plane: FloatArray) -> BoolArray:
     return np.asarray(blurred(away, 0.7) < -least)
 
 
-def unevenness(grey: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
+def unevenness(plane: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
     """Returns ``(h, w)`` about 1: factors on the contrast of new detail.
 
     Args:
-        grey: ``(h, w, 3)`` the observation in grey levels.
+        plane: ``(h, w)`` luma of the observation in grey levels.
         seeds: of the randomness; the same seeds give the same bytes.
     """
-    plane = luma(grey)
     height, width = plane.shape
     rng = np.random.default_rng([*seeds, 11])
     knots = rng.standard_normal((round(height / PATCH_PX) + 2, round(width / PATCH_PX) + 2)).astype(
@@ -69,5 +68,14 @@ def unevenness(grey: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
     away = plane - blurred(plane, SURROUNDINGS_PX)
     form = np.tanh(away / (local_rms(away, 2 * SURROUNDINGS_PX) + np.float32(2)))
     factor: FloatArray = 1 + np.float32(PATCHES) * patches + np.float32(ON_FORMS) * form
-    headroom = ramp(262 - grey.max(2), 0, HEADROOM).clip(0.3, 1)
-    return factor.clip(0.35, 1.8) * headroom
+    return factor.clip(0.35, 1.8)
+
+
+def most_in_light(grey: FloatArray) -> FloatArray:
+    """Returns ``(h, w)``: the most contrast there may be, by the room to white, or a descent ends in it.
+
+    Args:
+        grey: ``(h, w, 3)`` the observation in grey levels.
+    """
+    room = np.float32(WHITE) - 0.5 * (grey.max(2) + luma(grey))
+    return np.float32(ROOM_SHARE) * room + np.float32(0.8)

@@ -43,7 +43,7 @@ from wzviewer.worker.models.builtin.detail.overlay import (
     roughened,
     with_detail,
 )
-from wzviewer.worker.models.builtin.detail.seams import unevenness, with_seams
+from wzviewer.worker.models.builtin.detail.seams import most_in_light, unevenness, with_seams
 from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture, shrunk
 
 Fractions = tuple[float, float, float, float]
@@ -279,7 +279,7 @@ class DetailSynthesizer:
                 sigma *= 1 - _spread(coarse, strands) * glossy(plane)
             sigma *= self._belonging(job, coarse)
         elif job.level > 1:
-            sigma *= unevenness(job.observation, job.seeds)
+            sigma = np.minimum(sigma * unevenness(plane, job.seeds), most_in_light(job.observation))
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
     @staticmethod
