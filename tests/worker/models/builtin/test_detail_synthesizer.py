@@ -194,7 +194,7 @@ def test_a_glossy_thing_stays_smooth_and_turns_into_neither_stone_nor_wood(synth
         assert not {"rock", "granite", "fibre", "foliage", "sand"} & set(detail.names)
         calm = detail.image[60:120, 90:170].mean(2)
         grain = 255 * (calm - cv2.GaussianBlur(calm, (0, 0), 1.5)).std()
-        assert grain < (0.7, 0.7, 3.5, 11)[level - 1]  # grey levels; measured 0.36, 0.38, 1.8, 7.4
+        assert grain < (0.7, 0.7, 3, 9)[level - 1]  # grey levels; measured 0.35, 0.37, 1.0, 5.2
         context = synthesizer.describe(detail.image, context, detail)
         observation, region = detail.image[70:93, 110:144], (110 / 272, 70 / 184, 144 / 272, 93 / 184)
 

@@ -80,10 +80,10 @@ MATERIALS: dict[str, Material] = {
     material.name: material
     for material in (
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
-        _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.012, 0),
-        _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.03, 0),
+        _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.015, 0),
+        _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.05, 0),
         _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0),
-        _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.07, 0.3),
+        _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.1, 0.3),
         _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
         _material("cornea", "smooth tissue", "cytoplasm", 0.5, 0.004, 0.065, 0.2),
         _material("sky", "smooth sky", "air", 0.15, 0.002, 0.002, 0),
