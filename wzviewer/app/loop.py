@@ -77,6 +77,7 @@ class App:
         self.state = ask_to_recover(self.services, self.state)
         self.pace = Pace(target_s=self.services.renderer.target_s)
         self.frame_s = 0.0  # what the last new picture took
+        self._painted: object = None  # the last picture
         self._times_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
         self._hand = Hand()
         self._thumbnails = Thumbnails(window.context)
@@ -164,17 +165,18 @@ class App:
 
     def _paint(self, framebuffer: Any) -> None:  # noqa: ANN401 - a moderngl object
         """Draws the scene; a picture at rest is drawn once and kept."""
-        framebuffer.clear(*BACKGROUND)
         state = self.state
         width, height = self.window.size_px
         if not len(state.scene) or width <= 0 or height <= 0:
+            framebuffer.clear(*BACKGROUND)
             return
         began_s = time.perf_counter()
         self.services.renderer.sync(state.scene)
         fraction = self.pace.fraction(state.is_moving)
         picture = self.services.renderer.draw(state.view.camera, fraction, state.is_moving, state.look)
         picture.present_to(framebuffer, (0, 0, width, height))
-        if state.is_moving:
+        is_new, self._painted = picture is not self._painted, picture
+        if state.is_moving and is_new:  # the same one once more costs nothing, and says nothing
             on_cpu_s = time.perf_counter() - began_s  # a graphics card works on after that
             self.frame_s = max(on_cpu_s, self.services.renderer.gpu_s)
             self.pace = self.pace.measured(True, self.frame_s)
