@@ -253,7 +253,22 @@ def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
     if state.film is not None and not (is_warned or state.film.is_cancelling):
         text = f"The {state.film.kind} is not ready yet. Close once more to give it up."
         return state.with_toast(text, button="Close", command=cmd.Close())
+    if is_missed(state) and not command.gives_up and state.panels.dialog != "making":
+        return replace(state, after=None, panels=replace(state.panels, dialog="making"))
+    state = without_dialog(state) if state.panels.dialog == "making" else state
     return settle(state, lambda settled: replace(settled, is_closing=True))
+
+
+def is_missed(state: AppState) -> bool:
+    """Whether a level that somebody asked for is still to come."""
+    job = state.job
+    is_asked_for = job is not None and job.kind == "level" and not (job.is_auto or job.is_cancelling)
+    return is_asked_for or state.goal is not None or bool(state.queue.goals)
+
+
+def follow_making(state: AppState) -> AppState:
+    """Takes the question about what is being made away once it is there; called every frame."""
+    return without_dialog(state) if state.panels.dialog == "making" and not is_missed(state) else state
 
 
 def without_dialog(state: AppState) -> AppState:

@@ -23,6 +23,7 @@ from wzviewer.app.pacing import SOFTWARE_TARGET_S, Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.timeline import foot_height
+from wzviewer.app.places import shows_photo
 from wzviewer.app.recents import NoRecents, RecentFolder, RecentStore
 from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
@@ -194,7 +195,7 @@ class App:
         size = imgui.get_io().display_size
         state, thumbnails = self.state, self._thumbnails
         shown: set[object] = {level.index for level in state.scene}
-        photo = thumbnails.of_photo(state.photo) if not len(state.scene) else None
+        photo = thumbnails.of_photo(state.photo) if shows_photo(state) else None
         backdrop = None if state.has_document else thumbnails.of_photo(self._start_picture(), "start")
         shown |= ({"photo"} if photo else set()) | ({"start"} if backdrop else set())
         is_starting = not state.has_document or state.panels.start

@@ -32,7 +32,7 @@ from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
 DialogKind = Literal[
-    "open", "save", "picture", "film", "open path", "save path", "unsaved", "recover", "drop", ""
+    "open", "save", "picture", "film", "open path", "save path", "unsaved", "recover", "drop", "making", ""
 ]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}

@@ -35,6 +35,8 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
     ):
         if kind == "unsaved":
             return _unsaved(state, ui)
+        if kind == "making":
+            return _making(state, ui)
         if kind == "recover":
             return _recover(state, ui)
         if kind == "drop":
@@ -64,6 +66,23 @@ def unsaved_text(state: AppState) -> str:
         return f"{what} not been saved. Without saving {'they are' if num_saved else 'it is'} lost."
     levels = "1 level has" if count == 1 else f"{count} levels have"
     return f"{levels} not been saved. Without saving {'it is' if count == 1 else 'they are'} lost."
+
+
+def _making(state: AppState, ui: Ui) -> list[cmd.Command]:
+    with face(ui.fonts.bold, theme.HEAD_PT):
+        imgui.text_unformatted("Close while something is being made?")
+    wrapped(ui, making_text(state), ui.colors.muted)
+    return _buttons(ui, ("Close", cmd.Close(gives_up=True)), ("Wait", cmd.Escape()))
+
+
+def making_text(state: AppState) -> str:
+    """Returns what closing would give up."""
+    goal = state.job.goal if state.job is not None else state.goal
+    what = f"“{goal.prompt}”" if goal is not None and goal.prompt else "New detail"
+    waiting = len(state.queue.goals)
+    if not waiting:
+        return f"{what} is not ready yet. Closing gives it up."
+    return f"{what} is not ready yet, and {waiting} more waiting. Closing gives them up."
 
 
 def _recover(state: AppState, ui: Ui) -> list[cmd.Command]:
