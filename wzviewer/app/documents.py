@@ -9,6 +9,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.errands import Errand
 from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
+from wzviewer.app.listing import listed
 from wzviewer.app.reopening import note_document
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
@@ -238,13 +239,18 @@ def ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) ->
     """Falls back to a line of text where the system has no dialogs."""
     if has_dialog:
         return state
-    text = suggestion if kind == "open" else str(Path.cwd() / suggestion)
-    return replace(state, panels=replace(state.panels, dialog=kind, dialog_path=text, dialog_note=""))
+    text = suggestion if kind.startswith("open") else str(Path.cwd() / suggestion)
+    found = listed(kind, text)
+    panels = replace(state.panels, dialog=kind, dialog_path=text, dialog_note="", dialog_list=found)
+    return replace(state, panels=panels)
 
 
 def edit_path(services: Services, state: AppState, command: cmd.EditPath) -> AppState:
     """The path line holds another text."""
-    return replace(state, panels=replace(state.panels, dialog_path=command.text, dialog_note=""))
+    panels = state.panels
+    found = listed(panels.dialog, command.text, panels.dialog_list)
+    panels = replace(panels, dialog_path=command.text, dialog_note="", dialog_list=found)
+    return replace(state, panels=panels)
 
 
 def close(services: Services, state: AppState, command: cmd.Close) -> AppState:

@@ -13,6 +13,7 @@ from wzviewer.app.changes import History
 from wzviewer.app.commands.base import Command
 from wzviewer.app.errands import Errand
 from wzviewer.app.journal import Leftover
+from wzviewer.app.listing import Listing
 from wzviewer.app.look import Look
 from wzviewer.app.overlays import LogView, PaletteView
 from wzviewer.app.plan import KeepPlan
@@ -216,6 +217,7 @@ class Panels:
     timeline: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
+    dialog_list: Listing | None = None
     dialog_note: str = ""  # why the path was not taken, or what happens if it is given once more
     prompt_focus: int = 0  # frames until the prompt line, which was asked for, has the cursor
 

@@ -7,10 +7,12 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
+from wzviewer.app.panels.folder import draw_folder
 from wzviewer.app.panels.surface import Ui, elided, face, plate, primary, shade, wrapped
 from wzviewer.app.state import AppState
 
 WIDTH_PT, HEIGHT_PT = 460.0, 150.0  # it grows with what it has to say
+LIST_PT = 230.0  # of what stands in a folder
 TITLES = {
     "open": "Open a photo or a scene",
     "save": "Save the scene",
@@ -29,7 +31,8 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
     window = ui.layout.window
     shade(ui)
     width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
-    top = window.height * 0.38 - ui.pt(HEIGHT_PT) / 2
+    height = ui.pt(HEIGHT_PT + (LIST_PT if state.panels.dialog_list is not None else 0.0))
+    top = max(window.height * 0.38 - height / 2, ui.pt(12))
     with plate(
         "dialog", Rect((window.width - width) / 2, top, width, 0.0), alpha=0.98, grows="down", is_front=True
     ):
@@ -123,6 +126,9 @@ def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:
         commands.append(cmd.ConfirmPath())
     if note:
         wrapped(ui, note, ui.colors.error, theme.SMALL_PT)
+    if state.panels.dialog_list is not None:
+        imgui.dummy((1.0, ui.pt(2)))
+        commands += draw_folder(ui, state.panels.dialog_list, state.panels.dialog_path)
     verb = "Open" if state.panels.dialog.startswith("open") else "Save"
     return commands + _buttons(ui, ("Cancel", cmd.Escape()), (verb, cmd.ConfirmPath()))
 
