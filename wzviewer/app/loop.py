@@ -23,6 +23,7 @@ from wzviewer.app.pacing import SOFTWARE_TARGET_S, Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.timeline import foot_height
+from wzviewer.app.places import shows_photo
 from wzviewer.app.recents import NoRecents, RecentFolder, RecentStore
 from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
@@ -77,6 +78,7 @@ class App:
         self.state = ask_to_recover(self.services, self.state)
         self.pace = Pace(target_s=self.services.renderer.target_s)
         self.frame_s = 0.0  # what the last new picture took
+        self._painted: object = None  # the last picture
         self._times_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
         self._hand = Hand()
         self._thumbnails = Thumbnails(window.context)
@@ -164,17 +166,18 @@ class App:
 
     def _paint(self, framebuffer: Any) -> None:  # noqa: ANN401 - a moderngl object
         """Draws the scene; a picture at rest is drawn once and kept."""
-        framebuffer.clear(*BACKGROUND)
         state = self.state
         width, height = self.window.size_px
         if not len(state.scene) or width <= 0 or height <= 0:
+            framebuffer.clear(*BACKGROUND)
             return
         began_s = time.perf_counter()
         self.services.renderer.sync(state.scene)
         fraction = self.pace.fraction(state.is_moving)
         picture = self.services.renderer.draw(state.view.camera, fraction, state.is_moving, state.look)
         picture.present_to(framebuffer, (0, 0, width, height))
-        if state.is_moving:
+        is_new, self._painted = picture is not self._painted, picture
+        if state.is_moving and is_new:  # the same one once more costs nothing, and says nothing
             on_cpu_s = time.perf_counter() - began_s  # a graphics card works on after that
             self.frame_s = max(on_cpu_s, self.services.renderer.gpu_s)
             self.pace = self.pace.measured(True, self.frame_s)
@@ -192,7 +195,7 @@ class App:
         size = imgui.get_io().display_size
         state, thumbnails = self.state, self._thumbnails
         shown: set[object] = {level.index for level in state.scene}
-        photo = thumbnails.of_photo(state.photo) if not len(state.scene) else None
+        photo = thumbnails.of_photo(state.photo) if shows_photo(state) else None
         backdrop = None if state.has_document else thumbnails.of_photo(self._start_picture(), "start")
         shown |= ({"photo"} if photo else set()) | ({"start"} if backdrop else set())
         is_starting = not state.has_document or state.panels.start

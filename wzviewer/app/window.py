@@ -289,9 +289,12 @@ class GlfwWindow:
         return int(width), int(height)
 
     def begin(self, wait_s: float) -> Pulse:
-        """Waits at most so long for input, and begins an imgui frame."""
+        """Waits at most so long for input, and begins an imgui frame.
+
+        Of keys that came at once imgui takes one a frame; while some wait, so does nobody else.
+        """
         self._fresh.clear()
-        if wait_s > 0:
+        if wait_s > 0 and not imgui.get_current_context().input_events_queue.size():
             self._glfw.wait_events_timeout(wait_s)
         else:
             self._glfw.poll_events()
