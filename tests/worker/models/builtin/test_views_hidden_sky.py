@@ -47,9 +47,19 @@ def test_colours_of_the_field_show_with_faint_clouds_only():
 
 
 def test_a_little_nearer_than_the_sky_is_the_sky_still():
-    _, relief, sky, camera = stalk_before_clouds()
-    axis = DepthAxis.of(camera)
-    asked = axis.shift_of(np.array([[SKY_RELIEF, 0.8 * SKY_RELIEF, 0.3 * SKY_RELIEF, -20.0]], np.float32))
-    found = far_as_sky(asked, axis.shift_of(relief), sky, axis)
-    assert found.tolist() == [[True, True, False, False]]
-    assert not far_as_sky(asked, axis.shift_of(relief), np.zeros_like(sky), axis).any()
+    axis = DepthAxis.of(Camera.initial(SIZE, SIZE, 150.0))
+    reliefs = np.array([SKY_RELIEF, 0.8 * SKY_RELIEF, 0.3 * SKY_RELIEF, -20.0], np.float32)
+    shifts = axis.shift_of(reliefs)
+    assert far_as_sky(shifts, shifts[:1], axis).tolist() == [True, True, False, False]
+
+
+def test_a_deep_levels_coarse_label_gives_way_to_its_depth():
+    image, relief, sky, camera = stalk_before_clouds()
+    deep = camera.zoomed_to_region(0.5, 0.5, 64.0)
+    relief = relief * 64
+    relief[:, 100:104] = 0.9 * 64 * SKY_RELIEF  # the sky's own blurred border
+    relief[:, 104:108] = -20.0
+    sky[:, 100:112] = True  # over the border of the stalk
+    complete = ViewSynthesizer().complete(image, relief.astype(np.float32), sky, deep, outside=False)
+    assert (complete.relief[:, 106] == -20.0).all()  # not laid at the sky's depth
+    assert np.allclose(complete.relief[:, 102], 64 * SKY_RELIEF, rtol=1e-3)

@@ -159,20 +159,15 @@ def _freedom(shift: FloatArray, axis: DepthAxis) -> FloatArray:
     return np.full_like(shift, DEPTH_FREEDOM * axis.base_px)
 
 
-def far_as_sky(shift: FloatArray, seen: FloatArray, sky: BoolArray, axis: DepthAxis) -> BoolArray:
+def far_as_sky(shift: FloatArray, sky: FloatArray, axis: DepthAxis) -> BoolArray:
     """Tells where a depth is that of the sky (h, w): averaged or carried back from aside, it is not even.
 
     Args:
         shift: (h, w) float32, px, what is asked about.
-        seen: (h, w) float32, px, of a picture.
-        sky: (h, w) bool, its sky.
+        sky: (1,) float32, px, of the sky.
         axis: the depth coordinate.
     """
-    if not sky.any():
-        return np.zeros(shift.shape, np.bool_)
-    # A deep level's sky has a blurred border, of any depth up to that of what stands before it.
-    horizon = np.asarray([np.median(seen[sky]) if axis.wide else np.max(seen[sky])], np.float32)
-    return np.asarray(shift <= horizon + axis.step_of(horizon, SKY_STEP))
+    return np.asarray(shift <= sky + axis.step_of(sky, SKY_STEP))
 
 
 def behind_front(

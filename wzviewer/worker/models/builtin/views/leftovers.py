@@ -64,8 +64,11 @@ def leftover_layer(
     mask = relief > UNSET
     relief, hidden = behind_front(np.where(mask, relief, front.relief), front.relief, axis)
     mask &= hidden
-    sky = mask & far_as_sky(axis.shift_of(relief), front.shift, front.sky, axis)
-    relief = np.where(sky, front.relief.max(), relief).astype(np.float32)
+    sky = np.zeros_like(mask)
+    if front.sky.any():
+        far = np.median(front.relief[front.sky], keepdims=True)
+        sky = mask & far_as_sky(axis.shift_of(relief), axis.shift_of(far), axis)
+        relief = np.where(sky, far, relief).astype(np.float32)
     shift = axis.shift_of(relief)
     behind = surfaces[-1]
     nearer = behind.shift > shift + axis.step_of(shift, CONTEXT_STEP)

@@ -33,6 +33,8 @@ PAD_STRIDE = 2
 OVERLAP_PX = 2
 MIN_LAYER_PIXELS = 16
 SKY_FRINGE_PX = 6
+LIKE_SKY = 0.5  # of the sky's depth, from which on a deep level counts a point as sky
+SAME_SKY = 0.85  # of the sky's depth; what is not sky is nearer (`depth.estimator.depth_from_reading`)
 
 
 @dataclass(frozen=True)
@@ -135,9 +137,14 @@ def _with_sky(
     """Moves the sky label (h, w) along with pixels that changed sides, and lays them at its depth."""
     if sky is None or not sky.any():
         return clean, np.zeros(shift.shape, np.bool_)
-    moved = clean != shift
-    now = np.where(moved, far_as_sky(clean, shift, sky, axis), sky)
-    return np.where(moved & now, np.median(shift[sky]), clean).astype(np.float32), np.asarray(now)
+    far = np.median(shift[sky], keepdims=True).astype(np.float32)
+    if axis.wide:
+        now = np.where(clean != shift, far_as_sky(clean, far, axis), sky)
+        flat = now & (clean != shift)
+    else:  # the label is as coarse as the level before, the depth is not
+        share = axis.relief_of(clean) / axis.relief_of(far)
+        now, flat = share > LIKE_SKY, share > SAME_SKY
+    return np.where(flat, far, clean).astype(np.float32), np.asarray(now)
 
 
 def _inner_sky(surface: Surface, seen: BoolArray) -> BoolArray:
