@@ -40,6 +40,7 @@ class Grain:
         relief: share of shading across the strand.
         vessels: share of short dark dashes.
         unrest_deg: how far strands stray from the field.
+        velvet: share of what has no direction: the papillae of a petal, each lit.
     """
 
     width_px: float
@@ -48,6 +49,7 @@ class Grain:
     relief: float
     vessels: float
     unrest_deg: float
+    velvet: float = 0.0
 
 
 GRAINS = {
@@ -56,6 +58,8 @@ GRAINS = {
     "bark": Grain(4.0, 22, 0.7, 1.0, 0.6, 12.0),
     "brushed": Grain(0.8, 32, 0.5, 0.2, 0.0, 0.5),
     "fibril": Grain(0.9, 40, 0.4, 0.9, 0.0, 3.0),
+    "petal": Grain(3.4, 40, 0.15, 0.3, 0.0, 5.0, velvet=1.3),
+    "paint": Grain(2.4, 14, 0.5, 1.1, 0.0, 6.0),
     "straw": Grain(2.6, 20, 0.5, 0.9, 0.0, 12.0),
 }
 
@@ -111,6 +115,9 @@ def grain_texture(
         texture = _leveled(_layer(grain.width_px, half_length, field, mask, rng))
         fine = _layer(grain.width_px / 3, half_length // 2, field, mask, rng)
         texture = texture + grain.relief * _leveled(_lit(texture)) + grain.fine * _leveled(fine)
+    if grain.velvet:
+        papillae = _lit(_noise(mask.shape, 1.1 / stride, rng)) + _noise(mask.shape, 2.2 / stride, rng)
+        texture += grain.velvet * papillae / (papillae.std() + 1e-6)
     if grain.vessels:
         dashes = _layer(0.45 * grain.width_px, grain.half_length_px // 3, field, mask, rng, threshold=1.9)
         texture -= grain.vessels * dashes / (dashes.std() + 1e-6)
