@@ -95,7 +95,7 @@ MATERIALS: dict[str, Material] = {
         _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3, micro=0.02),
         _material("petal", "petals", "cornea", 0.9, 0.01, 0.07, 0.2, micro=0.022),
         _material("floret", "florets", "cell", 0.9, 0.012, 0.07, 0.3, micro=0.055),
-        _material("paint", "brush strokes", "grit", 0.9, 0.016, 0.05, 0.4, micro=0.02),
+        _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
         _material("cell", "cells", "granule", 0.75, 0.012, 0.07, 0.3),
         _material("granule", "grains of a cell", "membrane", 0.9, 0.012, 0.07, 0.36),
         _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.07, 0.48),
