@@ -32,6 +32,10 @@ LEAST_IN_WOOD = 0.6
 """What remains of that where a wood looks lettered: light crowns in dark gaps are two tones, too."""
 WOOD_SPREAD = 1.5
 """Below this ratio of the octaves leaves are a texture, above it they are things with contours."""
+FOCUS_NEAR_PX, FOCUS_WIDE_PX = 3.0, 12.0
+BLUNT, SHARP = 1.3, 1.75
+"""The gradient at .7 px over that at 2 px, on contours: 1.1 to 1.3 out of focus, 1.7 to 2.4 in focus."""
+LEAST_EDGE = 1.5  # grey levels per px
 GLITTER_PX = 5.0
 WET_TONE = 85.0
 """In grey levels: half of what is this dark may be `glossy`."""
@@ -99,6 +103,29 @@ def _median_rms(band: FloatArray) -> FloatArray:
     return blurred(middle, 1.5) / np.float32(0.6745)
 
 
+def in_focus(plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)`` in 0..1: whether the contours here or nearby are as sharp as pixels can show.
+
+    What lies between sharp contours is in focus, too: it looks bare only because it was too far away.
+    """
+    fine, coarse = _gradient(plane, 0.7), _gradient(plane, 2.0)
+    weight = np.square(coarse)
+    found = [
+        np.sqrt(widely_blurred(weight * np.square(fine / (coarse + np.float32(0.3))), sigma))
+        / np.sqrt(widely_blurred(weight, sigma) + np.float32(LEAST_EDGE**2))
+        for sigma in (FOCUS_NEAR_PX, FOCUS_WIDE_PX)
+    ]
+    return ramp(np.maximum(*found), BLUNT, SHARP - BLUNT)
+
+
+def _gradient(plane: FloatArray, sigma: float) -> FloatArray:
+    smooth = blurred(plane, sigma)
+    grad_x, grad_y = (
+        cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3, scale=0.125) for order in ((1, 0), (0, 1))
+    )
+    return np.hypot(grad_x, grad_y)
+
+
 def edge_damping(plane: FloatArray) -> FloatArray:
     """Returns ``(h, w)`` in 0.35..1: detail steps back from strong contours."""
     strength = orientation(plane, 1.0, 1.5).strength
@@ -151,6 +178,7 @@ def sigma_map(
     plane: FloatArray,
     gain: FloatArray,
     floor: FloatArray,
+    micro: FloatArray,
     ceiling: FloatArray,
     regional: FloatArray,
     wood: FloatArray,
@@ -162,6 +190,7 @@ def sigma_map(
         plane: ``(h, w)`` luma of the observation in grey levels.
         gain: ``(h, w)`` factor of the material on the law.
         floor: ``(h, w)`` least contrast of the material, as a share of the luminance.
+        micro: ``(h, w)`` the same where the observation is in focus, if it is `truthful`.
         ceiling: ``(h, w)`` most that the material may have, in grey levels.
         regional: ``(h, w)`` of `regional_sigma`; not where there are letters.
         wood: ``(h, w)`` 1 in `woods`, where there are none.
@@ -170,6 +199,8 @@ def sigma_map(
     floor_sigma = floor * np.maximum(plane, 24)
     if truthful:
         floor_sigma *= np.float32(0.25) + np.float32(0.75) * ramp(texture_evidence(plane), 0.8, 2.0)
+        if micro.any():
+            floor_sigma = np.maximum(floor_sigma, micro * np.maximum(plane, 24) * in_focus(plane))
     else:
         floor_sigma *= 1 + np.float32(SHADE_GAIN) * (1 - ramp(plane, 15, 60))
     grown = np.maximum(widely_blurred(drawn_not_lettered(plane), 8.0), np.float32(LEAST_IN_WOOD) * wood)

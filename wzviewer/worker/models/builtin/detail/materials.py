@@ -3,15 +3,15 @@
 ::
 
     foliage ──► venation ─┐             fur, bark, straw, weave
-             skin, scales ┴─► cell                 │
+     floret, skin, scales ┴─► cell                 │
     ripple ──► plankton ──────┘│                   ▼
                                ▼                 fibre ──► fibril ─┐
                             granule ──► membrane ──► molecule ◄────┘
                                ▲                        │
     sand ─► rock ─┐            └──────── lattice ◄──────┘
     plaster ──────┴─► granite ──► facet ────┘▲
-    wet ──► cornea ──► cell     smooth ──► glaze ─┬► polish ──► alloy ──► lattice
-                                           metal ─┘
+    wet ──┬► cornea ──► cell    smooth ──► glaze ─┬► polish ──► alloy ──► lattice
+    petal ┘                     paint ──► grit metal ─┘
     sky ──► air ──► haze ──► droplet ──► frost ──► lattice     brushed ──► alloy
 
 Eight levels of x8 lead from a leaf to its atoms; who goes on finds grains again.
@@ -37,6 +37,8 @@ class Material:
         deep_floor: the same at level 2 and deeper; keeps long zooms from turning into mush.
         roughness_px: how far contours are displaced.
         ceiling: no detail of it is stronger than this RMS, in grey levels.
+        micro: least contrast at level 1 where the photograph is in focus, also if it shows none of it: no
+            petal is as bare as it is from afar.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Material:
     deep_floor: float
     roughness_px: float
     ceiling: float
+    micro: float
 
 
 def _material(
@@ -58,6 +61,7 @@ def _material(
     deep_floor: float = 0.022,
     roughness_px: float = 0.5,
     ceiling: float = 15.0,
+    micro: float = 0.0,
 ) -> Material:
     return Material(
         name=name,
@@ -68,6 +72,7 @@ def _material(
         deep_floor=deep_floor,
         roughness_px=roughness_px,
         ceiling=ceiling,
+        micro=micro,
     )
 
 
@@ -77,7 +82,7 @@ MATERIALS: dict[str, Material] = {
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
         _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.006, 0),
         _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.014, 0),
-        _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0),
+        _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0, micro=0.014),
         _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.045, 0.1),
         _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
         _material("cornea", "smooth tissue", "cell", 0.5, 0.004, 0.03, 0),
@@ -87,7 +92,10 @@ MATERIALS: dict[str, Material] = {
         _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.028, 0),
         _material("frost", "crystals of ice", "lattice", 0.7, 0.012, 0.035, 0.1),
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
-        _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3),
+        _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3, micro=0.02),
+        _material("petal", "petals", "cornea", 0.9, 0.01, 0.07, 0.2, micro=0.022),
+        _material("floret", "florets", "cell", 0.9, 0.012, 0.07, 0.3, micro=0.055),
+        _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
         _material("cell", "cells", "granule", 0.75, 0.012, 0.07, 0.3),
         _material("granule", "grains of a cell", "membrane", 0.9, 0.012, 0.07, 0.36),
         _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.07, 0.48),
@@ -98,7 +106,7 @@ MATERIALS: dict[str, Material] = {
         _material("rock", "rock", "granite", 1.2, 0.016, 0.07, 1.2),
         _material("granite", "crystals", "facet", 1.0, 0.014, 0.07, 0.84),
         _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),
-        _material("skin", "skin or leather", "cell", 0.8, 0.008, 0.03, 0.24),
+        _material("skin", "skin or leather", "cell", 0.8, 0.008, 0.03, 0.24, micro=0.01),
         _material("plaster", "painted wall", "grit", 0.6, 0.006, 0.026, 0.1),
         _material("ripple", "water", "plankton", 0.8, 0.008, 0.014, 0.3),
         _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.03, 0.2),
@@ -108,7 +116,7 @@ MATERIALS: dict[str, Material] = {
         _material("molecule", "great molecules", "lattice", 0.9, 0.012, 0.07, 0.2),
         _material("lattice", "atoms in rows", "granule", 0.9, 0.012, 0.07, 0.1),
         _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, 0.07, 0.3),
-        _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24),
+        _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24, micro=0.03),
         _material("scales", "scales", "cell", 0.9, 0.016, 0.05, 0.3),
     )
 }

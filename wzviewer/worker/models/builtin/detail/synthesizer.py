@@ -267,11 +267,12 @@ class DetailSynthesizer:
         if job.prompted:
             floors = np.maximum(floors, np.float32(PROMPTED_FLOOR))
         gains = per_label(job.names, "gain")
-        tables = (gains, floors, per_label(job.names, "ceiling"), job.regional_sigma, job.wood)
-        gain, floor, ceiling, regional, wood = (_spread(coarse, table) for table in tables)
+        micros, ceilings = (per_label(job.names, name) for name in ("micro", "ceiling"))
+        tables = (gains, floors, micros, ceilings, job.regional_sigma, job.wood)
+        gain, floor, micro, ceiling, regional, wood = (_spread(coarse, table) for table in tables)
         plane, truthful = luma(job.observation), job.level <= 1 and not job.prompted
         sharp_gain = _spread(place, gains) / np.maximum(stretched(gain, *job.work_size), 1e-3)
-        sigma = sigma_map(plane, gain, floor, ceiling, regional, wood, truthful)
+        sigma = sigma_map(plane, gain, floor, micro, ceiling, regional, wood, truthful)
         if truthful:  # no strands over an eye or a nose
             strands = np.array([name in GRAINS for name in job.names], np.float32)
             if strands[list(coarse.shares)].any():

@@ -12,9 +12,11 @@ from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TI
 from wzviewer.worker.models.builtin.detail.measures import area_down, blurred, local_rms, luma, stretched
 
 LIMIT = 3.0  # deviations: one black speck must not outshine a whole texture
-SMOOTH = frozenset({"smooth", "sky", "air", "glaze", "metal", "wet"})
+SMOOTH = frozenset({"smooth", "sky", "air", "glaze", "wet"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
+SHOWS_AS = {"metal": "polish"}
+"""Materials that are seen by the tile of another: hairlines and smudges on metal."""
 TURNABLE = frozenset(
     {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze"}
 )  # unlit tiles: a quarter turn does not move the light
@@ -97,7 +99,7 @@ def painted_texture(
             layer = grain_texture(GRAINS[name], direction, by_name[name] > 0.02, rng, stride)
         else:
             layer = tile_texture(
-                library.tile(SMOOTH_TILE if name in SMOOTH else name),
+                library.tile(SMOOTH_TILE if name in SMOOTH else SHOWS_AS.get(name, name)),
                 name,
                 width,
                 height,
