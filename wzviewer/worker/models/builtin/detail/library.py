@@ -8,11 +8,12 @@ import numpy as np
 import platformdirs
 
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.models.builtin.detail.noise import normalized
+from wzviewer.worker.models.builtin.detail.noise import normalized, periodic_blur
+from wzviewer.worker.models.builtin.detail.octaves import CLUMPED, OCTAVES, SPECTRA, evened
 from wzviewer.worker.models.builtin.detail.tiles import TILE_MAKERS
 
 TILE_PX = 768
-VERSION = 10  # raise it whenever a tile changes
+VERSION = 11  # raise it whenever a tile changes
 INT8_PER_DEVIATION = 36.0  # +-3.5 deviations fit
 
 
@@ -45,7 +46,7 @@ class TileLibrary:
         stored = _read(path)
         if stored is None:
             rng = np.random.default_rng([VERSION, *name.encode()])
-            stored = quantized(maker(TILE_PX, rng))
+            stored = quantized(evened_tile(name, maker(TILE_PX, rng)))
             _write(path, stored)
         return stored
 
@@ -54,8 +55,14 @@ class TileLibrary:
         return folder / f"{name}-{TILE_PX}-v{VERSION}.npy"
 
 
+def evened_tile(name: str, tile: FloatArray) -> FloatArray:
+    """Returns the tile with its octaves in the proportion that the material calls for, see `evened`."""
+    evenness = CLUMPED if name in SPECTRA else 1.0
+    return evened(tile, SPECTRA.get(name, OCTAVES), evenness=evenness, blur=periodic_blur)
+
+
 def quantized(tile: FloatArray) -> np.ndarray:
-    """Returns the tile with its local contrast evened out, as int8."""
+    """Returns the tile as int8."""
     return np.clip(np.round(normalized(tile) * INT8_PER_DEVIATION), -127, 127).astype(np.int8)
 
 

@@ -2,19 +2,17 @@
 
 ::
 
-    foliage ──► venation ─┐             fur, bark, straw, weave
-     floret, skin, scales ┴─► cell                 │
-    ripple ──► plankton ──────┘│                   ▼
-                               ▼                 fibre ──► fibril ─┐
-                            granule ──► membrane ──► molecule ◄────┘
-                               ▲                        │
-    sand ─► rock ─┐            └──────── lattice ◄──────┘
-    plaster ──────┴─► granite ──► facet ────┘▲
-    wet ──┬► cornea ──► cell    smooth ──► glaze ─┬► polish ──► alloy ──► lattice
-    petal ┘                     paint ──► grit metal ─┘
-    sky ──► air ──► haze ──► droplet ──► frost ──► lattice     brushed ──► alloy
+    foliage ──► venation ──► tissue ──► cell ──► granule ─┐    fur, bark, straw, weave ──► fibre ──► fibril
+        floret ───────────────────────────┘               │                                              │
+         skin, scales, wet, petal ─► cornea ┬► cytoplasm ─┴► membrane ──► molecule ◄─────────────────────┘
+         ripple ──► caustic ──► plankton ───┘                                └──► atom ─────────────┐
+    sand ──► rock ─────────┐                                                                        │
+    plaster, paint ► grit ─┴► granite ► facet ─┐                                                    │
+    smooth ──► glaze ─┬► polish ──► alloy ─────┼──► lattice ──► orbital ◄───────────────────────────┘
+                metal ┘  brushed ────┘         │                   └──► nucleus ──► froth ──► orbital ..
+    sky ──► air ──► haze ──► droplet ──► frost ┘
 
-Eight levels of x8 lead from a leaf to its atoms; who goes on finds grains again.
+Eight levels of x8 lead from a leaf to its atoms and into them.
 """
 
 from dataclasses import dataclass
@@ -37,6 +35,8 @@ class Material:
         deep_floor: the same at level 2 and deeper; keeps long zooms from turning into mush.
         roughness_px: how far contours are displaced.
         ceiling: no detail of it is stronger than this RMS, in grey levels.
+        between: name of what fills the dark lines that are seen where this material is: walls, gaps, seams;
+            empty if it is the same.
         micro: least contrast at level 1 where the photograph is in focus, also if it shows none of it: no
             petal is as bare as it is from afar.
     """
@@ -49,6 +49,7 @@ class Material:
     deep_floor: float
     roughness_px: float
     ceiling: float
+    between: str = ""
     micro: float
 
 
@@ -61,6 +62,7 @@ def _material(
     deep_floor: float = 0.022,
     roughness_px: float = 0.5,
     ceiling: float = 15.0,
+    between: str = "",
     micro: float = 0.0,
 ) -> Material:
     return Material(
@@ -72,59 +74,70 @@ def _material(
         deep_floor=deep_floor,
         roughness_px=roughness_px,
         ceiling=ceiling,
+        between=between,
         micro=micro,
     )
 
+
+DEEP = 0.14
+"""Least contrast of what no eye sees, as a share of the luminance: micrographs have that and more."""
 
 MATERIALS: dict[str, Material] = {
     material.name: material
     for material in (
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
-        _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.006, 0),
-        _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.014, 0),
+        _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.012, 0),
+        _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.03, 0),
         _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0, micro=0.014),
-        _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.045, 0.1),
+        _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.07, 0.1),
         _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
-        _material("cornea", "smooth tissue", "cell", 0.5, 0.004, 0.03, 0),
+        _material("cornea", "smooth tissue", "cytoplasm", 0.5, 0.004, 0.05, 0.2),
         _material("sky", "smooth sky", "air", 0.15, 0.002, 0.002, 0),
-        _material("air", "air", "haze", 0.15, 0.002, 0.003, 0),
-        _material("haze", "haze", "droplet", 0.5, 0.004, 0.014, 0),
-        _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.028, 0),
-        _material("frost", "crystals of ice", "lattice", 0.7, 0.012, 0.035, 0.1),
+        _material("air", "air", "haze", 0.15, 0.002, 0.009, 0),
+        _material("haze", "haze", "droplet", 0.5, 0.004, 0.04, 0),
+        _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.085, 0),
+        _material("frost", "crystals of ice", "lattice", 0.7, 0.012, 0.12, 0.1),
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
-        _material("venation", "petal or leaf tissue", "cell", 0.9, 0.01, 0.07, 0.3, micro=0.02),
-        _material("petal", "petals", "cornea", 0.9, 0.01, 0.07, 0.2, micro=0.022),
-        _material("floret", "florets", "cell", 0.9, 0.012, 0.07, 0.3, micro=0.055),
+        _material("venation", "petal or leaf tissue", "tissue", 0.9, 0.01, 0.09, 0.3, micro=0.02),
         _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
-        _material("cell", "cells", "granule", 0.75, 0.012, 0.07, 0.3),
-        _material("granule", "grains of a cell", "membrane", 0.9, 0.012, 0.07, 0.36),
-        _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.07, 0.48),
+        _material("floret", "florets", "cell", 0.9, 0.012, 0.07, 0.3, micro=0.055),
+        _material("petal", "petals", "cornea", 0.9, 0.01, 0.07, 0.2, micro=0.022),
+        _material("cell", "cells", "granule", 0.75, 0.012, DEEP, 0.3, 26.0),
+        _material("granule", "grains of a cell", "membrane", 0.9, 0.012, DEEP, 0.36, 26.0, between="fibril"),
+        _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.08, 0.48),
         _material("fur", "fur", "fibre", 0.9, 0.014, 0.05, 0.6),
         _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
         _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
         _material("brushed", "brushed metal", "alloy", 0.6, 0.008, 0.018, 0.12),
-        _material("rock", "rock", "granite", 1.2, 0.016, 0.07, 1.2),
-        _material("granite", "crystals", "facet", 1.0, 0.014, 0.07, 0.84),
+        _material("rock", "rock", "granite", 1.2, 0.016, 0.09, 1.2),
+        _material("granite", "crystals", "facet", 1.0, 0.014, DEEP, 0.84, 26.0),
         _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),
-        _material("skin", "skin or leather", "cell", 0.8, 0.008, 0.03, 0.24, micro=0.01),
+        _material("skin", "skin or leather", "cornea", 0.8, 0.008, 0.04, 0.24, micro=0.01),
         _material("plaster", "painted wall", "grit", 0.6, 0.006, 0.026, 0.1),
-        _material("ripple", "water", "plankton", 0.8, 0.008, 0.014, 0.3),
-        _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.03, 0.2),
-        _material("plankton", "what lives in water", "cell", 0.8, 0.012, 0.06, 0.3),
-        _material("fibril", "strands of a fibre", "molecule", 0.9, 0.012, 0.07, 0.3),
-        _material("membrane", "folded membranes", "molecule", 0.9, 0.012, 0.07, 0.3),
-        _material("molecule", "great molecules", "lattice", 0.9, 0.012, 0.07, 0.2),
-        _material("lattice", "atoms in rows", "granule", 0.9, 0.012, 0.07, 0.1),
-        _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, 0.07, 0.3),
+        _material("ripple", "water", "caustic", 0.8, 0.008, 0.014, 0.3),
+        _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.05, 0.2),
+        _material("plankton", "what lives in water", "cytoplasm", 0.8, 0.012, 0.10, 0.3),
+        _material("fibril", "strands of a fibre", "molecule", 0.9, 0.012, DEEP, 0.3, 26.0),
+        _material("membrane", "folded membranes", "molecule", 0.9, 0.012, DEEP, 0.3, 26.0, "molecule"),
+        _material("cytoplasm", "inside of a cell", "membrane", 0.9, 0.012, DEEP, 0.36, 26.0),
+        _material("molecule", "great molecules", "atom", 0.9, 0.012, DEEP, 0.3, 26.0, "atom"),
+        _material("lattice", "atoms in rows", "orbital", 0.9, 0.012, DEEP, 0.2, 26.0),
+        _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, DEEP, 0.3, 26.0),
         _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24, micro=0.03),
-        _material("scales", "scales", "cell", 0.9, 0.016, 0.05, 0.3),
+        _material("scales", "scales", "cornea", 0.9, 0.016, 0.05, 0.3),
+        _material("tissue", "skin of a leaf", "cell", 0.9, 0.012, 0.10, 0.3),
+        _material("caustic", "light in water", "plankton", 0.7, 0.008, 0.08, 0),
+        _material("atom", "bonded atoms", "orbital", 0.9, 0.012, DEEP, 0.2, 26.0),
+        _material("orbital", "clouds of electrons", "nucleus", 0.9, 0.012, DEEP, 0.2, 26.0),
+        _material("nucleus", "kernels of atoms", "froth", 0.9, 0.012, DEEP, 0.2, 26.0),
+        _material("froth", "froth of nothing", "orbital", 0.9, 0.012, DEEP, 0.2, 26.0),
     )
 }
 """Every material by name; the order is the order of the codes in no file, names are."""
 
 _SYNONYMS = {
     "weave": "cloth fabric textile suit linen carpet sofa cushion shirt dress canvas",
-    "venation": "leaf petal flower plant tissue vein",
+    "venation": "leaf petal flower plant vein",
     "foliage": "foliage tree trees bush moss hedge forest grass leaves shrub",
     "fibre": "wood wooden timber plank fibre fiber muscle grain",
     "fur": "fur hair feather feathers coat animal",
@@ -136,7 +149,7 @@ _SYNONYMS = {
     "skin": "skin leather hide",
     "scales": "scales scale snake fish reptile dragon",
     "cell": "cell cells organism",
-    "granule": "granule granules cytoplasm",
+    "granule": "granule granules",
     "ripple": "water lake sea river pond ripple",
     "plaster": "plaster paint paper",
     "brushed": "metal steel iron brass",

@@ -5,6 +5,8 @@ All fields are ``(n, n)`` float32 and tile without a seam.  Sources: fractal noi
 """
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import cv2
 import numpy as np
@@ -140,3 +142,45 @@ def _cellular(n: int, points: FloatArray) -> tuple[FloatArray, FloatArray, IntAr
                         next_best = distance
             first[y, x], second[y, x], index[y, x] = math.sqrt(best), math.sqrt(next_best), nearest
     return first, second, index
+
+
+Stamp = Callable[[FloatArray, FloatArray], tuple[Any, Any]]
+"""From coordinates in px, along and across a form, to its height and how far it covers what lies below."""
+
+
+def stamped(
+    field: FloatArray, count: int, reach_px: int, stamp: Stamp, rng: np.random.Generator
+) -> FloatArray:
+    """Returns the field with forms laid over it, turned at random, the later ones over the earlier.
+
+    Args:
+        field: ``(n, n)`` periodic.
+        count: how many.
+        reach_px: no form goes farther from its centre.
+        stamp: draws one.
+        rng: source of randomness.
+    """
+    n = len(field)
+    result = field.copy()
+    span = np.arange(-reach_px, reach_px + 1)
+    for x, y, angle in rng.uniform((0, 0, 0), (n, n, 2 * math.pi), (count, 3)):
+        rows, columns = (np.mod(int(c) + span, n) for c in (y, x))
+        dx, dy = (span - (x % 1))[None].astype(np.float32), (span - (y % 1))[:, None].astype(np.float32)
+        c, s = math.cos(angle), math.sin(angle)
+        height, cover = stamp(c * dx + s * dy, c * dy - s * dx)
+        place = np.ix_(rows, columns)
+        result[place] += (cover * (height - result[place])).astype(np.float32)
+    return result
+
+
+def drawn_wrapped(canvas: FloatArray, points: list[tuple[float, float]], tone: float, width: int) -> None:
+    """Draws a line, or with width 0 a filled polygon, on the torus, which is drawn at twice its size."""
+    n, path = len(canvas), 2 * np.array(points)
+    low, high = np.floor(path.min(0) / n).astype(int), np.floor((path.max(0) + 1) / n).astype(int)
+    for row in range(low[1], high[1] + 1):
+        for column in range(low[0], high[0] + 1):
+            moved = np.round((path - (n * column, n * row)) * 16).astype(np.int32)
+            if width:
+                cv2.polylines(canvas, [moved], False, tone, width, shift=4)
+            else:
+                cv2.fillPoly(canvas, [moved], tone, shift=4)

@@ -6,18 +6,21 @@ import numpy as np
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.measures import area_down, blurred, luma, stretched
+from wzviewer.worker.models.builtin.detail.tint import tinted
 
 LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
 """In grey levels, at level 1 only; photographs at 2K measure 0.4 to 2.0 in their skies, about twice of what
 is left of it at the working size (0.26 to 0.83)."""
+PHOTOGRAPHED_HUE = np.array([0.3, -0.08, -0.25], np.float32)
+"""How far a grey level of detail shifts the colour of a photograph: warm to cool, hardly any luma."""
+DEEP_LIGHT = 0.9
+"""Share of the detail beyond the photograph that is light, not paint: paint would grey what is colourful."""
 LEAST_LIGHT, MOST_STOPS = 6.0, 1.6
 """In grey levels, and as a natural logarithm: no ridge in a shadow is more than five times as light as it."""
 
 
-def with_detail(
-    base: FloatArray, detail: FloatArray, observation: FloatArray, hue_per_level: FloatArray
-) -> FloatArray:
-    """Returns base plus detail, in grey levels: half as light, half as paint, a little as hue.
+def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray, level: int) -> FloatArray:
+    """Returns base plus detail, in grey levels: as light, as paint, a little as hue.
 
     The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
     detail is taken out of it again.
@@ -26,12 +29,16 @@ def with_detail(
         base: ``(H, W, 3)`` in grey levels.
         detail: ``(H, W)`` in grey levels.
         observation: ``(h, w, 3)`` in grey levels.
-        hue_per_level: ``(3,)`` of the light that a grey level of detail shifts the colour by.
+        level: of the new image: beyond the photograph's own, hue varies with the forms, see `tint`.
     """
     unseen = _unseen(detail, observation)
+    as_light = np.float32(0.5 if level <= 1 else DEEP_LIGHT)
+    light = as_light * unseen / np.maximum(luma(base), 24)
+    image = base * (1 + light[..., None]) + ((1 - as_light) * unseen)[..., None]
+    if level > 1:
+        return image + tinted(base, unseen, level)
     hue = _unseen(np.roll(blurred(detail, 1.2), (113, 71), (0, 1)), observation)
-    light = 0.5 * unseen / np.maximum(luma(base), 24)
-    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * hue_per_level
+    return image + hue[..., None] * PHOTOGRAPHED_HUE
 
 
 def multiplied(detail: FloatArray, plane: FloatArray) -> FloatArray:

@@ -42,18 +42,15 @@ from wzviewer.worker.models.builtin.detail.overlay import (
     roughened,
     with_detail,
 )
+from wzviewer.worker.models.builtin.detail.seams import unevenness, with_seams
 from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture, shrunk
 
 Fractions = tuple[float, float, float, float]
 """``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
 
-HUES = np.array([[0.3, -0.08, -0.25], [-0.22, 0.2, -0.45], [0.35, -0.2, 0.11]], np.float32)
-"""Directions in RGB in which material varies beside its luminance, level by level: warm to cool, green to
-violet, pink to green; there is hardly any luma in them."""
 WET = "wet"
 """The material of an eye or a nose, of which only its gloss tells."""
 TINT_REACH = 12.0  # in CIELAB; the leaves of one tree differ by less
-DEEP_HUE_GAIN = 1.6  # of what is invented wholly: a photograph's own colours would show the difference
 
 
 @dataclass(frozen=True)
@@ -220,6 +217,8 @@ class DetailSynthesizer:
             labels, names = np.zeros_like(labels), (prompted.name,)
         elif level <= 1:
             labels, names = without_strands_on_gloss(grey, labels, names)
+        else:
+            labels, names = with_seams(grey, labels, names)
         place = [round(1e6 * value) & 0xFFFFFFFF for value in region]
         seeds = (self._seed & 0xFFFFFFFF, seed & 0xFFFFFFFF, level & 0xFFFFFFFF, *place)
         return _Job(
@@ -251,8 +250,7 @@ class DetailSynthesizer:
         detail = texture * self._sigma(job, place)
         if job.level > 1:
             detail = multiplied(detail, luma(base))
-        hue = HUES[(job.level - 1) % len(HUES)] * np.float32(1.0 if job.level <= 1 else DEEP_HUE_GAIN)
-        image = with_detail(base, detail, job.observation, hue)
+        image = with_detail(base, detail, job.observation, job.level)
         if job.grain_rms:
             image += film_grain(texture.shape, job.grain_rms, job.seeds)[..., None]
         job.check()
@@ -278,6 +276,8 @@ class DetailSynthesizer:
             if strands[list(coarse.shares)].any():
                 sigma *= 1 - _spread(coarse, strands) * glossy(plane)
             sigma *= self._belonging(job, coarse)
+        elif job.level > 1:
+            sigma *= unevenness(plane, job.seeds)
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
     @staticmethod

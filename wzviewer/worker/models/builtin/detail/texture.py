@@ -1,7 +1,6 @@
 """The texture of every material in the picture, put together along the picture's own contours."""
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -9,20 +8,19 @@ import numpy as np
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
 from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TILE_PX, TileLibrary
-from wzviewer.worker.models.builtin.detail.measures import area_down, blurred, local_rms, luma, stretched
+from wzviewer.worker.models.builtin.detail.measures import area_down, luma, stretched
+from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, evened
 
-LIMIT = 3.0  # deviations: one black speck must not outshine a whole texture
-SMOOTH = frozenset({"smooth", "sky", "air", "glaze", "wet"})
+SMOOTH = frozenset({"smooth", "sky", "glaze", "wet"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
 SHOWS_AS = {"metal": "polish"}
 """Materials that are seen by the tile of another: hairlines and smudges on metal."""
+NARROW = 0.4  # of the picture: strands in seams need not be long
 TURNABLE = frozenset(
-    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze"}
+    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth", "caustic"}
+    | {"orbital"}
 )  # unlit tiles: a quarter turn does not move the light
-
-
-TILTED, TILT_DEG = frozenset({"lattice"}), 24.0  # rows that ran along the picture's would look like a screen
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,11 @@ def painted_texture(
     for name in sorted(by_name):
         rng = np.random.default_rng([*seeds, *name.encode()])
         if direction is not None and name in GRAINS:
-            layer = grain_texture(GRAINS[name], direction, by_name[name] > 0.02, rng, stride)
+            grain = GRAINS[name]
+            if by_name[name].mean() < NARROW:
+                grain = replace(grain, half_length_px=grain.half_length_px // 2)
+            layer = grain_texture(grain, direction, by_name[name] > 0.02, rng, stride)
+            layer = evened(layer, GRAIN_OCTAVES, stride)
         else:
             layer = tile_texture(
                 library.tile(SMOOTH_TILE if name in SMOOTH else SHOWS_AS.get(name, name)),
@@ -106,7 +108,7 @@ def painted_texture(
                 rng,
                 stride,
             )
-        total += by_name[name] * evened(layer, GRAIN_OCTAVES if name in GRAINS else OCTAVES, stride)
+        total += by_name[name] * layer
     return total
 
 
@@ -120,37 +122,8 @@ def tile_texture(
         4.0
     )  # more would stretch cells to hairs
     y, x = np.mgrid[0:height, 0:width].astype(np.float32) * np.float32(stride)
-    if name in TILTED:
-        x, y = _tilted(x, y, math.radians(rng.uniform(-TILT_DEG, TILT_DEG)))
     bend_x, bend_y = (cv2.resize(plane, (width, height), interpolation=cv2.INTER_CUBIC) for plane in bend)
     map_x = np.mod(x + bend_x + np.float32(offset_x), TILE_PX)
     map_y = np.mod(y + bend_y + np.float32(offset_y), TILE_PX)
     floats = np.ascontiguousarray(source).astype(np.float32) * np.float32(1 / INT8_PER_DEVIATION)
     return cv2.remap(floats, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-
-
-def _tilted(x: FloatArray, y: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
-    c, s = np.float32(math.cos(angle)), np.float32(math.sin(angle))
-    return c * x - s * y, s * x + c * y
-
-
-OCTAVES = (0.52, 0.56, 0.6)
-"""Relative RMS of the three unseen octaves, finest first: a photograph's, a little crisper."""
-GRAIN_OCTAVES = (0.42, 0.58, 0.7)
-"""The same for strands, of which the finest would alias into beads at the next level."""
-
-
-def evened(texture: FloatArray, octaves: tuple[float, ...] = OCTAVES, stride: int = 1) -> FloatArray:
-    """Returns the three unseen octaves in a photograph's proportion, with the same contrast everywhere.
-
-    Args:
-        texture: ``(H, W)`` in deviations.
-        octaves: relative RMS of the octaves, finest first.
-        stride: texture px per image px.
-    """
-    levels = [texture, *(blurred(texture, sigma / stride) for sigma in (1.0, 2.0, 5.0))]
-    total = np.zeros_like(texture)
-    for finer, coarser, share in zip(levels[:-1], levels[1:], octaves, strict=True):
-        band = finer - coarser
-        total += band * np.clip(share / (band.std() + 1e-6), 0.3, 3.0)
-    return np.clip(total / (local_rms(total, 24.0) + np.float32(0.05)), -LIMIT, LIMIT)

@@ -6,20 +6,23 @@ chosen for an enlargement by eight, which can add only what is finer than about 
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import cv2
 import numpy as np
 
 from wzviewer.core.types import FloatArray
+from wzviewer.worker.models.builtin.detail.matter import MATTER_MAKERS
 from wzviewer.worker.models.builtin.detail.measures import area_down
 from wzviewer.worker.models.builtin.detail.noise import (
-    banded,
     cellular,
+    drawn_wrapped,
     fractal,
     normalized,
     periodic_blur,
     ridged,
     shaded,
+    stamped,
     warped,
 )
 
@@ -56,12 +59,17 @@ def venation(n: int, rng: np.random.Generator) -> FloatArray:
 
 
 def cell(n: int, rng: np.random.Generator) -> FloatArray:
-    """Plant cells: pale rounded rooms of differing tone inside darker walls."""
+    """Plant cells: pale rounded rooms of differing tone in darker walls, with a kernel and with beads."""
     first, second, index = cellular(n, n // 22, rng)
+    count = index.max() + 1
     wall = np.minimum((second - first) / 3.2, 1)
-    tone = rng.normal(0, 0.2, index.max() + 1).astype(np.float32)[index]
-    dome = -0.02 * first
-    height = warped(wall + dome, 2.0, rng)
+    tone = rng.normal(0, 0.24, count).astype(np.float32)[index]
+    own = rng.uniform(1.8, 3.4, count).astype(np.float32)[index]
+    kernel = np.clip(own + 0.5 - first, 0, 1) * (0.55 - 1.1 * np.exp(-np.square(first / (0.4 * own))))
+    bead, _, grain = cellular(n, n // 5, rng)
+    along = np.exp(-np.square((second - first - 6.0) / 3.0))
+    beads = along * np.clip(2.2 - bead, 0, 1) * (rng.random(grain.max() + 1) < 0.6)[grain]
+    height = warped((wall - 0.02 * first - 0.7 * kernel - 0.5 * beads).astype(np.float32), 2.0, rng)
     return normalized(
         height + warped(tone, 2.0, rng) + 0.5 * shaded(2 * height) + 0.1 * fractal(n, 1.2, rng, lowest=12)
     )
@@ -87,28 +95,39 @@ def floret(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(periodic_blur(0.4 * height + 1.2 * shaded(1.6 * height), 0.6))
 
 
-def granule(n: int, rng: np.random.Generator) -> FloatArray:
-    """The inside of a cell: soft grains of three sizes in a faint mesh."""
-    height = 0.4 * ridged(n, 3, n // 60, rng)
-    for cells, weight in ((n // 34, 1.0), (n // 15, 0.5)):
-        first, _, index = cellular(n, cells, rng)
-        radius = rng.uniform(0.15, 0.5, index.max() + 1).astype(np.float32)[index] * n / cells
-        height += weight * np.sqrt(np.clip(1 - (first / radius) ** 2, 0, 1))
-    height = warped(height, 2.5, rng)
-    return normalized(0.5 * height + 1.2 * shaded(2.0 * height) + 0.08 * fractal(n, 0.8, rng, lowest=30))
-
-
 def granite(n: int, rng: np.random.Generator) -> FloatArray:
-    """Crystals of three sizes with a tone each, cleavage lines and dark specks."""
+    """Crystals of two sizes: a tone each, dark borders, straight twins in some, and dark specks."""
+    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
     total = np.zeros((n, n), np.float32)
-    for cells, weight in ((n // 15, 0.9), (n // 9, 0.8), (n // 5, 0.35)):
-        first, second, index = cellular(n, cells, rng)
-        tone = rng.normal(0, 1, index.max() + 1).astype(np.float32)[index]
-        border = np.exp(-(((second - first) / 1.1) ** 2))
-        total += weight * warped(tone - 0.5 * border, 0.8, rng)
+    for cells, weight, width in ((n // 20, 1.0, 1.5), (n // 10, 0.45, 1.0)):
+        first, second, index = cellular(n, cells, rng, stretch=rng.uniform(0.8, 1.25))
+        count = index.max() + 1
+        tone = rng.choice([-1.0, -0.2, 0.3, 1.0], count, p=[0.2, 0.3, 0.3, 0.2]) + rng.normal(0, 0.2, count)
+        angle = rng.uniform(0, math.pi, count)
+        turns = np.round(n / rng.uniform(4, 9, count) * np.stack([np.cos(angle), np.sin(angle)]))
+        twin = np.sin(2 * math.pi / n * (turns[0][index] * x + turns[1][index] * y))
+        striped = (rng.random(count) < 0.35)[index] * np.tanh(2 * twin)
+        border = np.exp(-np.square((second - first) / width))
+        total += weight * warped((tone[index] + 0.3 * striped - 1.1 * border).astype(np.float32), 0.8, rng)
     distance, _, index = cellular(n, n // 16, rng)
     radius = np.maximum(rng.normal(-0.5, 2.2, index.max() + 1), 0).astype(np.float32)[index]  # most are none
     return normalized(periodic_blur(total, 0.5) - 1.3 * np.clip(radius - distance, 0, 1))
+
+
+def grit(n: int, rng: np.random.Generator) -> FloatArray:
+    """Plaster near: grains of sand of many sizes, some angular, half sunk in a chalky ground with pits."""
+    ground = 0.35 * fractal(n, 1.1, rng, lowest=n / 30) + 0.3 * ridged(n, 3, n // 40, rng)
+
+    def grain(u: FloatArray, v: FloatArray) -> tuple[Any, Any]:
+        size, corners, turn = 1.5 + 6.0 * rng.random() ** 2, rng.integers(3, 7), rng.uniform(0, 6.3)
+        angle = np.arctan2(v, u)
+        radius = np.hypot(u, v) / (size * (1 + 0.12 * np.cos(corners * angle + turn)))
+        facet = 0.12 * np.round(1.5 * np.cos(angle + turn)) * radius
+        height = rng.normal(0.5, 0.7) + 0.9 * np.sqrt(np.clip(1 - radius**2, 0, 1)) + facet
+        return height, np.clip(5 * (1.02 - radius), 0, 1)
+
+    height = stamped(ground.astype(np.float32), n * n // 160, 8, grain, rng)
+    return normalized(periodic_blur(0.7 * height + 1.2 * shaded(1.3 * height), 0.5))
 
 
 def rock(n: int, rng: np.random.Generator) -> FloatArray:
@@ -198,40 +217,6 @@ def scales(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(warped(periodic_blur(canvas, 0.8), 2.5, rng) + 0.1 * fractal(n, 0.6, rng, lowest=30))
 
 
-def membrane(n: int, rng: np.random.Generator) -> FloatArray:
-    """Folded membranes: a labyrinth of ridges, as inside a cell or on a brain."""
-    wave = banded(n, n / 13, rng)
-    height = np.tanh(1.6 * warped(wave, 1.5, rng)).astype(np.float32)
-    return normalized(0.7 * height + 0.9 * shaded(2.2 * height) + 0.15 * fractal(n, 0.9, rng, lowest=40))
-
-
-def molecule(n: int, rng: np.random.Generator) -> FloatArray:
-    """Great molecules: clusters of packed balls, each lit, of two kinds."""
-    first, _, index = cellular(n, n // 10, rng)
-    kinds = rng.random(index.max() + 1).astype(np.float32)
-    dome = np.sqrt(np.clip(1 - np.square(first / (4.2 + 2.2 * kinds[index])), 0, 1)).astype(np.float32)
-    clump = np.clip(0.7 + 0.5 * fractal(n, 1.4, rng, lowest=8), 0, 1.4).astype(np.float32)
-    tone = np.where(kinds > 0.6, 0.7, -0.3).astype(np.float32)[index]
-    lit = dome * (0.8 + tone) + 1.1 * shaded(3.0 * periodic_blur(dome, 0.6))
-    return normalized(periodic_blur(lit * clump, 0.5))
-
-
-def lattice(n: int, rng: np.random.Generator) -> FloatArray:
-    """Atoms in rows, grain against grain, with gaps: what a crystal is in the end."""
-    rows = columns = n // 12  # even, so that the rows that are shifted meet at the border
-    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
-    bend_x, bend_y = (2.5 * fractal(n, 2.0, rng, lowest=2) for _ in range(2))
-    u, v = (x + bend_x) / 12, (y + bend_y) / 12
-    row = np.floor(v)
-    u = u + 0.5 * np.mod(row, 2)
-    column = np.floor(u)
-    radius = np.hypot(u - column - 0.5, v - row - 0.5)
-    dome = np.sqrt(np.clip(1 - np.square(radius / 0.52), 0, 1)).astype(np.float32)
-    table = rng.normal(0, 0.25, (rows, columns)).astype(np.float32) - (rng.random((rows, columns)) < 0.03)
-    tone = table[np.mod(row, rows).astype(int), np.mod(column, columns).astype(int)]
-    return normalized(dome * (1 + tone) + 0.9 * shaded(3.5 * periodic_blur(dome, 0.7)))
-
-
 def facet(n: int, rng: np.random.Generator) -> FloatArray:
     """Cleaved crystal: planes with a tone each, sharp steps between, and straight terraces on them."""
     y, x = np.mgrid[0:n, 0:n].astype(np.float32)
@@ -266,7 +251,7 @@ def polish(n: int, rng: np.random.Generator) -> FloatArray:
     for _ in range(n * n // 400):
         x, y, angle, length = rng.uniform((0, 0, 0, 30), (n, n, math.pi, 110))
         reach = (length * math.cos(angle), length * math.sin(angle))
-        _drawn_wrapped(lines, [(x, y), (x + reach[0], y + reach[1])], rng.normal(0, 1), 1)
+        drawn_wrapped(lines, [(x, y), (x + reach[0], y + reach[1])], rng.normal(0, 1), 1)
     hairs = normalized(warped(area_down(lines, n, n), 3.0, rng))
     return normalized(hairs + 0.8 * fractal(n, 1.2, rng, lowest=20))
 
@@ -277,11 +262,6 @@ def alloy(n: int, rng: np.random.Generator) -> FloatArray:
     tone = rng.normal(0, 0.8, index.max() + 1).astype(np.float32)[index]
     border = np.exp(-np.square((second - first) / 1.1)).astype(np.float32)
     return normalized(periodic_blur(tone - 1.4 * border, 0.6) + 0.1 * fractal(n, 0.9, rng, lowest=30))
-
-
-def haze(n: int, rng: np.random.Generator) -> FloatArray:
-    """Wisps of cloud, soft and bent."""
-    return normalized(warped(fractal(n, 1.7, rng, lowest=20), 2.5, rng))
 
 
 def droplet(n: int, rng: np.random.Generator) -> FloatArray:
@@ -305,24 +285,11 @@ def frost(n: int, rng: np.random.Generator) -> FloatArray:
         tone = rng.normal(0, 0.5)
         spokes = [turn + k * math.pi / 3 for k in range(6)]
         corners = [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in spokes]
-        _drawn_wrapped(canvas, corners, tone, 0)
-        _drawn_wrapped(canvas, [*corners, corners[0]], tone + 1.2, 2)
+        drawn_wrapped(canvas, corners, tone, 0)
+        drawn_wrapped(canvas, [*corners, corners[0]], tone + 1.2, 2)
         for corner in corners[:3]:
-            _drawn_wrapped(canvas, [corner, (2 * x - corner[0], 2 * y - corner[1])], tone + 0.4, 2)
+            drawn_wrapped(canvas, [corner, (2 * x - corner[0], 2 * y - corner[1])], tone + 0.4, 2)
     return normalized(periodic_blur(area_down(canvas, n, n), 0.5))
-
-
-def _drawn_wrapped(canvas: FloatArray, points: list[tuple[float, float]], tone: float, width: int) -> None:
-    """Draws a line, or with width 0 a filled polygon, on the torus, which is drawn at twice its size."""
-    n, path = len(canvas), 2 * np.array(points)
-    low, high = np.floor(path.min(0) / n).astype(int), np.floor((path.max(0) + 1) / n).astype(int)
-    for row in range(low[1], high[1] + 1):
-        for column in range(low[0], high[0] + 1):
-            moved = np.round((path - (n * column, n * row)) * 16).astype(np.int32)
-            if width:
-                cv2.polylines(canvas, [moved], False, tone, width, shift=4)
-            else:
-                cv2.fillPoly(canvas, [moved], tone, shift=4)
 
 
 TILE_MAKERS: dict[str, TileMaker] = {
@@ -330,25 +297,21 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "venation": venation,
     "cell": cell,
     "floret": floret,
-    "granule": granule,
     "cornea": cornea,
     "granite": granite,
     "rock": rock,
     "sand": sand,
-    "grit": sand,
+    "grit": grit,
     "skin": skin,
     "plaster": plaster,
     "ripple": ripple,
     "weave": weave,
     "scales": scales,
-    "membrane": membrane,
-    "molecule": molecule,
-    "lattice": lattice,
     "facet": facet,
     "plankton": plankton,
     "polish": polish,
     "alloy": alloy,
-    "haze": haze,
     "droplet": droplet,
     "frost": frost,
+    **MATTER_MAKERS,
 }

@@ -1,0 +1,70 @@
+"""A level is no even sheet: what lies in the dark lines of the level before is something else.
+
+The walls of a cell are bundles of fibrils, its inside is grains.  What is a wall is seen in the observation:
+darker than its surroundings, and thin.  And a texture is richer on forms than on the ground, here busy and
+there calm.
+"""
+
+import cv2
+import numpy as np
+
+from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.worker.models.builtin.detail.materials import MATERIALS
+from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma
+
+SURROUNDINGS_PX = 6.0  # of the observation
+DARKER = 0.7  # deviations of the surroundings
+LEAST_DARKER = 2.5  # grey levels: below that nobody sees a line
+PATCH_PX = 34.0  # of the observation, from a busy place to a calm one
+PATCHES, ON_FORMS = 0.35, 0.3
+LEAST_PX = 60  # of the observation; fewer are specks
+
+
+def with_seams(
+    grey: FloatArray, labels: ByteArray, names: tuple[str, ...]
+) -> tuple[ByteArray, tuple[str, ...]]:
+    """Returns labels and names in which the dark lines are of the material that fills them.
+
+    Args:
+        grey: ``(h, w, 3)`` the observation in grey levels.
+        labels: ``(h, w)`` u8, index into `names`.
+        names: material per label.
+    """
+    result, all_names = labels, names
+    dark = None
+    for label in np.unique(labels):
+        between = MATERIALS[names[label]].between
+        if not between:
+            continue
+        dark = dark_lines(luma(grey)) if dark is None else dark
+        seams = dark & (labels == label)
+        if seams.sum() >= LEAST_PX:
+            result = np.where(seams, len(all_names), result).astype(np.uint8)
+            all_names = (*all_names, between)
+    return result, all_names
+
+
+def dark_lines(plane: FloatArray) -> BoolArray:
+    """Returns ``(h, w)``: what is darker than its surroundings; ``plane`` is luma in grey levels."""
+    away = plane - blurred(plane, SURROUNDINGS_PX)
+    least = np.maximum(np.float32(DARKER) * local_rms(away, 2 * SURROUNDINGS_PX), np.float32(LEAST_DARKER))
+    return np.asarray(blurred(away, 0.7) < -least)
+
+
+def unevenness(plane: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
+    """Returns ``(h, w)`` about 1: factors on the contrast of new detail.
+
+    Args:
+        plane: ``(h, w)`` luma of the observation in grey levels.
+        seeds: of the randomness; the same seeds give the same bytes.
+    """
+    height, width = plane.shape
+    rng = np.random.default_rng([*seeds, 11])
+    knots = rng.standard_normal((round(height / PATCH_PX) + 2, round(width / PATCH_PX) + 2)).astype(
+        np.float32
+    )
+    patches = cv2.resize(knots, (width, height), interpolation=cv2.INTER_CUBIC)
+    away = plane - blurred(plane, SURROUNDINGS_PX)
+    form = np.tanh(away / (local_rms(away, 2 * SURROUNDINGS_PX) + np.float32(2)))
+    factor: FloatArray = 1 + np.float32(PATCHES) * patches + np.float32(ON_FORMS) * form
+    return factor.clip(0.35, 1.8)
