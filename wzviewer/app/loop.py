@@ -3,6 +3,8 @@
 import os
 import time
 from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -53,6 +55,7 @@ class App:
         store: where settings are kept; None keeps none.
         journal: where finished levels are kept until they are saved; None keeps none.
         recents: where the files opened lately are kept; None keeps none.
+        reopen: opens another window, of a size, once the graphics card has been reset; None ends then.
     """
 
     def __init__(
@@ -63,9 +66,11 @@ class App:
         store: Store | None = None,
         journal: Journal | None = None,
         recents: RecentStore | None = None,
+        *,
+        reopen: Callable[[tuple[int, int]], Window] | None = None,
     ) -> None:
         client.start()  # at once: it takes seconds until it is ready
-        self.window = window
+        self.window, self._reopen = window, reopen
         store = store or NoStore()
         settings, complaint = store.load()
         renderer = renderer or SceneDrawing(window.context, rasterizer=settings.rasterizer)
@@ -101,6 +106,7 @@ class App:
         self._open_first()  # lines 1-3: E_0 <- ReconstructScene(I_0, C_0), C_render <- C_0
         count = 0
         while not self.state.is_closing and (frames is None or count < frames):  # lines 4, 5 and 9
+            self._renew()
             self._restyle()
             pulse = self.window.begin(self._wait_s())
             self._began_s = time.perf_counter()
@@ -134,6 +140,21 @@ class App:
         self._thumbnails.close()
         self.services.renderer.close()
         self.window.close()
+
+    def _renew(self) -> None:
+        """Opens another window where the graphics card was reset: only pictures are lost, and remade."""
+        if self._reopen is None or not self.window.is_lost:
+            return
+        size = self.window.size
+        for held in (self._thumbnails, self.services.renderer, self.window):
+            with suppress(Exception):  # what they held is gone already
+                held.close()
+        self.window = self._reopen(size)
+        rasterizer = self.state.settings.rasterizer
+        self.services = replace(self.services, renderer=SceneDrawing(self.window.context, None, rasterizer))
+        self._thumbnails, self._painted = Thumbnails(self.window.context), None
+        self._style, self._title = ("dark", self.window.scale), ""
+        self.state = self.state.with_toast("The graphics card was reset. Nothing is lost.")
 
     def _restyle(self) -> None:
         """Takes over theme and size of the text, as far as the window has room for it."""
@@ -264,17 +285,18 @@ def run_app(
     """
     # Before the first kernel: threads that spin for each other keep the cores from frames and worker.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    window: Window = OffscreenWindow() if headless else GlfwWindow()
+    make = OffscreenWindow if headless else GlfwWindow
+    window: Window = make()
     kept: tuple[Any, ...] = ()
     if not headless:
         kept = (SettingsFile.of_user(), JournalFolder.of_user(), RecentFolder.of_user())
-    app = App(window, WorkerClient(synthesizer, yields=True), None, *kept)
+    app = App(window, WorkerClient(synthesizer, yields=True), None, *kept, reopen=make)
     if not headless:
         app.services.log.attach()
     try:
         app.run(path, frames)
         if screenshot is not None:
             with whole_file(screenshot) as file:
-                file.write(encode_png(window.read_pixels()))
+                file.write(encode_png(app.window.read_pixels()))
     finally:
         app.close()

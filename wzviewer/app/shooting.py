@@ -13,7 +13,7 @@ from wzviewer.core.foreground import turning_point
 from wzviewer.core.keyframes import KeyTrack
 from wzviewer.errors import InputError
 
-NO_KEYS = "The timeline has no two keys yet: L shows it, I adds the view."
+NO_KEYS = "The timeline needs two keys: L shows it, I adds this view."
 
 
 def set_plan(services: Services, state: AppState, command: cmd.SetPlan) -> AppState:
