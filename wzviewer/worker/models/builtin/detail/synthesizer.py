@@ -52,7 +52,8 @@ HUES = np.array([[0.3, -0.08, -0.25], [-0.22, 0.2, -0.45], [0.35, -0.2, 0.11]], 
 violet, pink to green; there is hardly any luma in them."""
 WET = "wet"
 """The material of an eye or a nose, of which only its gloss tells."""
-TINT_REACH = 12.0  # in CIELAB; the leaves of one tree differ by less
+TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
+"""In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
 DEEP_HUE_GAIN = 1.6  # of what is invented wholly: a photograph's own colours would show the difference
 
 
@@ -88,7 +89,7 @@ class _Job:
     regional_sigma: FloatArray  # per name
     wood: FloatArray  # per name, 1 or 0
     tints: FloatArray  # (names, 2): a* and b* of the regions
-    grain_rms: float
+    grain_rms: FloatArray  # per name, in grey levels
     seeds: tuple[int, ...]
     stride: int
     check: Callable[[], None]
@@ -234,7 +235,7 @@ class DetailSynthesizer:
             regional_sigma=_regional(context, names, level),
             wood=_wood(context, names),
             tints=_tints(context, names),
-            grain_rms=grain_rms(context) if level <= 1 else 0.0,
+            grain_rms=_grain(context, names, level),
             seeds=seeds,
             stride=1,
             check=check or (lambda: None),
@@ -253,8 +254,9 @@ class DetailSynthesizer:
             detail = multiplied(detail, luma(base))
         hue = HUES[(job.level - 1) % len(HUES)] * np.float32(1.0 if job.level <= 1 else DEEP_HUE_GAIN)
         image = with_detail(base, detail, job.observation, hue)
-        if job.grain_rms:
-            image += film_grain(texture.shape, job.grain_rms, job.seeds)[..., None]
+        if job.grain_rms.any():
+            grain = film_grain(texture.shape, job.seeds) * _spread(place, job.grain_rms)
+            image += grain[..., None]
         job.check()
         size = (job.width, job.height)
         labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
@@ -286,7 +288,7 @@ class DetailSynthesizer:
 
         In the shade colours say little; there all of the region belongs to it.
         """
-        grew = np.array([name in NATURAL for name in job.names], np.float32)
+        grew = np.array([name in TINT_REACHES for name in job.names], np.float32)
         if not grew[list(coarse.shares)].any():
             return np.ones(coarse.labels.shape, np.float32)
         share = _spread(coarse, grew)
@@ -294,7 +296,8 @@ class DetailSynthesizer:
         mean = [_spread(coarse, table) for table in job.tints.T]
         away = np.square(lab[..., 1] - mean[0]) + np.square(lab[..., 2] - mean[1])
         away *= ramp(lab[..., 0], 45, 15)
-        return 1 - share * (1 - np.exp(-away / np.float32(TINT_REACH**2)))
+        reaches = np.array([TINT_REACHES.get(name, 100.0) for name in job.names], np.float32)
+        return 1 - share * (1 - np.exp(-away / np.square(_spread(coarse, reaches))))
 
 
 def _promised(db: float, job: _Job) -> float:
@@ -329,6 +332,16 @@ def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArra
     table = np.zeros(len(names), np.float32)
     if level <= 1 and _of_context(names, context):
         table[: len(context.regions)] = regional_sigma(context.regions, context.materials)
+    return table
+
+
+def _grain(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
+    table = np.zeros(len(names), np.float32)
+    if level <= 1 and context.regions:
+        known = grain_rms(context)
+        table[:] = known.min()
+        if _of_context(names, context):
+            table[: len(known)] = known
     return table
 
 
