@@ -15,7 +15,7 @@ MOST_TONES, MOST_RADIUS = 0.4, 3.0
 it, of which this is in deviations."""
 LIGHTNESS_WEIGHT = 0.5  # light and shade are of one thing
 LAB_PER_PX, FARTHEST_PX = 0.6, 26.0
-"""What a grid pixel of distance counts, in CIELAB: a rim belongs to what touches it, or it stays what it is."""
+"""What a grid pixel of distance counts, in CIELAB: a rim belongs to what touches it, or stays what it is."""
 LAB_PER_ROUGHNESS = 1.5
 """What roughness counts: in doubt a rim is of the smoother side, where nothing will be laid on."""
 MEDIAN_PX = 5  # of the grid
