@@ -32,9 +32,10 @@ LEAST_IN_WOOD = 0.6
 """What remains of that where a wood looks lettered: light crowns in dark gaps are two tones, too."""
 WOOD_SPREAD = 1.5
 """Below this ratio of the octaves leaves are a texture, above it they are things with contours."""
+LIGHT_PX, LIGHT_BIAS = 7.0, 8.0  # the second in grey levels
 FOCUS_NEAR_PX, FOCUS_WIDE_PX = 3.0, 12.0
-BLUNT, SHARP = 1.3, 1.75
-"""The gradient at .7 px over that at 2 px, on contours: 1.1 to 1.3 out of focus, 1.7 to 2.4 in focus."""
+BLUNT, SHARP = 1.1, 1.45
+"""The gradient at .7 px over that at 2 px, on contours: .7 to 1.1 out of focus, 1.4 to 2.6 in focus."""
 LEAST_EDGE = 1.5  # grey levels per px
 GLITTER_PX = 5.0
 WET_TONE = 85.0
@@ -143,6 +144,16 @@ def bright_damping(plane: FloatArray) -> FloatArray:
     return ramp(262 - plane, 0, 40).clip(0.2, 1)
 
 
+def light_gain(plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)`` in 0.5..1.6: leaves in the light have more contrast than those in the gaps between.
+
+    Without it a wood is a carpet.
+    """
+    bias = np.float32(LIGHT_BIAS)
+    gain: FloatArray = (plane + bias) / (widely_blurred(plane, LIGHT_PX) + bias)
+    return gain.clip(0.5, 1.6)
+
+
 def glossy(plane: FloatArray) -> FloatArray:
     """Returns ``(h, w)`` in 0..1: where something dark glitters, an eye or a wet nose amid fur.
 
@@ -207,6 +218,7 @@ def sigma_map(
     texture = np.maximum(lawful_sigma(plane), regional * grown)
     sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)
     if truthful:
+        sigma *= np.where(regional > 0, light_gain(plane), np.float32(1))
         return sigma * tone_damping(plane) * edge_damping(plane)
     shade = np.float32(MOST_IN_SHADE) * plane + np.float32(0.8)
     return np.minimum(sigma * bright_damping(plane) * edge_damping(plane), shade)

@@ -14,9 +14,9 @@ MOST_TONES, MOST_RADIUS = 0.4, 3.0
 """A rim has the tones of the contour's two sides and none between, and is no wider than the window that made
 it, of which this is in deviations."""
 LIGHTNESS_WEIGHT = 0.5  # light and shade are of one thing
-LAB_PER_PX, FARTHEST_PX = 1.5, 20.0
-"""What a grid pixel of distance counts, in CIELAB: a rim belongs to what touches it."""
-LAB_PER_ROUGHNESS = 3.0
+LAB_PER_PX, FARTHEST_PX = 0.6, 26.0
+"""What a grid pixel of distance counts, in CIELAB: a rim belongs to what touches it, or stays what it is."""
+LAB_PER_ROUGHNESS = 1.5
 """What roughness counts: in doubt a rim is of the smoother side, where nothing will be laid on."""
 MEDIAN_PX = 5  # of the grid
 
@@ -43,7 +43,7 @@ def without_rims(
     masks = [small == index for index in range(len(regions))]
     most_px = MOST_RADIUS * window_px(*labels.shape[::-1]) / GRID_PX
     rims = [_thin_pieces(mask, tones, most_px) for mask in masks]
-    costs = [_cost(m & ~rim, lab, region) for m, rim, region in zip(masks, rims, regions, strict=True)]
+    costs = [_cost(m, rim, lab, region) for m, rim, region in zip(masks, rims, regions, strict=True)]
     merged = np.where(np.any(rims, axis=0), np.argmin(costs, 0), small).astype(np.uint8)
     large = cv2.resize(merged, labels.shape[::-1], interpolation=cv2.INTER_NEAREST)
     shares = np.bincount(large.ravel(), minlength=len(regions)) / large.size
@@ -63,11 +63,14 @@ def _thin_pieces(mask: BoolArray, tones: FloatArray, most_px: float) -> BoolArra
     return found
 
 
-def _cost(core: BoolArray, lab: FloatArray, region: Region) -> FloatArray:
+def _cost(mask: BoolArray, rims: BoolArray, lab: FloatArray, region: Region) -> FloatArray:
     """Returns how little each place belongs to a region, in CIELAB: colour, distance, roughness."""
-    away = np.full(core.shape, FARTHEST_PX, np.float32)
+    away = np.full(mask.shape, np.inf, np.float32)
+    core = mask & ~rims
     if core.any():
-        away = np.minimum(cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3), away)
+        away = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3)
+        away[away > FARTHEST_PX] = np.inf
+    away[rims] = np.minimum(away[rims], np.float32(FARTHEST_PX))
     mean = np.array([region.lightness, region.green_red, region.blue_yellow], np.float32)
     colour = np.linalg.norm((lab - mean) * np.array([LIGHTNESS_WEIGHT, 1, 1], np.float32), axis=2)
     return colour + np.float32(LAB_PER_PX) * away + np.float32(LAB_PER_ROUGHNESS * math.log1p(region.fine))

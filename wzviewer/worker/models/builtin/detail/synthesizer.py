@@ -50,7 +50,8 @@ Fractions = tuple[float, float, float, float]
 
 WET = "wet"
 """The material of an eye or a nose, of which only its gloss tells."""
-TINT_REACH = 12.0  # in CIELAB; the leaves of one tree differ by less
+TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
+"""In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class _Job:
     regional_sigma: FloatArray  # per name
     wood: FloatArray  # per name, 1 or 0
     tints: FloatArray  # (names, 2): a* and b* of the regions
-    grain_rms: float
+    grain_rms: FloatArray  # per name, in grey levels
     seeds: tuple[int, ...]
     stride: int
     check: Callable[[], None]
@@ -233,7 +234,7 @@ class DetailSynthesizer:
             regional_sigma=_regional(context, names, level),
             wood=_wood(context, names),
             tints=_tints(context, names),
-            grain_rms=grain_rms(context) if level <= 1 else 0.0,
+            grain_rms=_grain(context, names, level),
             seeds=seeds,
             stride=1,
             check=check or (lambda: None),
@@ -251,8 +252,9 @@ class DetailSynthesizer:
         if job.level > 1:
             detail = multiplied(detail, luma(base))
         image = with_detail(base, detail, job.observation, job.level)
-        if job.grain_rms:
-            image += film_grain(texture.shape, job.grain_rms, job.seeds)[..., None]
+        if job.grain_rms.any():
+            grain = film_grain(texture.shape, job.seeds) * _spread(place, job.grain_rms)
+            image += grain[..., None]
         job.check()
         size = (job.width, job.height)
         labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
@@ -286,7 +288,7 @@ class DetailSynthesizer:
 
         In the shade colours say little; there all of the region belongs to it.
         """
-        grew = np.array([name in NATURAL for name in job.names], np.float32)
+        grew = np.array([name in TINT_REACHES for name in job.names], np.float32)
         if not grew[list(coarse.shares)].any():
             return np.ones(coarse.labels.shape, np.float32)
         share = _spread(coarse, grew)
@@ -294,7 +296,8 @@ class DetailSynthesizer:
         mean = [_spread(coarse, table) for table in job.tints.T]
         away = np.square(lab[..., 1] - mean[0]) + np.square(lab[..., 2] - mean[1])
         away *= ramp(lab[..., 0], 45, 15)
-        return 1 - share * (1 - np.exp(-away / np.float32(TINT_REACH**2)))
+        reaches = np.array([TINT_REACHES.get(name, 100.0) for name in job.names], np.float32)
+        return 1 - share * (1 - np.exp(-away / np.square(_spread(coarse, reaches))))
 
 
 def _promised(db: float, job: _Job) -> float:
@@ -329,6 +332,16 @@ def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArra
     table = np.zeros(len(names), np.float32)
     if level <= 1 and _of_context(names, context):
         table[: len(context.regions)] = regional_sigma(context.regions, context.materials)
+    return table
+
+
+def _grain(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
+    table = np.zeros(len(names), np.float32)
+    if level <= 1 and context.regions:
+        known = grain_rms(context)
+        table[:] = known.min()
+        if _of_context(names, context):
+            table[: len(known)] = known
     return table
 
 
