@@ -4,10 +4,12 @@ Like those of `tiles` they are luminance, seamless, and finer than about 16 px; 
 an electron microscope lights: forms first, little grain.
 """
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
 
+import cv2
 import numpy as np
 
 from wzviewer.core.types import FloatArray
@@ -15,14 +17,16 @@ from wzviewer.worker.models.builtin.detail.measures import area_down
 from wzviewer.worker.models.builtin.detail.noise import (
     banded,
     cellular,
-    drawn_wrapped,
     fractal,
     normalized,
     periodic_blur,
+    ridged,
     shaded,
     stamped,
     warped,
 )
+
+MARGIN_PX = 14  # no atom and no bond is longer
 
 
 def tissue(n: int, rng: np.random.Generator) -> FloatArray:
@@ -62,8 +66,8 @@ def granule(n: int, rng: np.random.Generator) -> FloatArray:
         inside = (np.hypot(u, v) < 1.3).astype(np.float32)
         return 1.1 * inside, inside
 
-    specks = stamped(base.astype(np.float32), n * n // 90, 3, speck, rng)
-    height = stamped(stamped(specks, n * n // 420, 6, bubble, rng), n * n // 400, 11, bean, rng)
+    specks = stamped(base.astype(np.float32), n * n // 170, 3, speck, rng)
+    height = stamped(stamped(specks, n * n // 560, 6, bubble, rng), n * n // 620, 11, bean, rng)
     return normalized(periodic_blur(height + 0.7 * shaded(1.2 * height), 0.6))
 
 
@@ -75,7 +79,7 @@ def membrane(n: int, rng: np.random.Generator) -> FloatArray:
     sharp = np.tanh(1.8 * lines + 0.5)
     packed = np.clip(0.75 + 0.6 * fractal(n, 1.5, rng, lowest=8), 0.15, 1).astype(np.float32)
     first, _, index = cellular(n, n // 15, rng)
-    size = (rng.uniform(-3.0, 5.5, index.max() + 1).astype(np.float32))[index]
+    size = (rng.uniform(-8.0, 6.0, index.max() + 1).astype(np.float32))[index]
     ring = np.exp(-np.square((first - size) / 1.1)) * (size > 1.5)
     height = sharp * packed * (1 - (first < size)) + 1.3 * ring
     return normalized(periodic_blur((height + 0.6 * shaded(1.5 * height)).astype(np.float32), 0.6))
@@ -102,7 +106,7 @@ def atom(n: int, rng: np.random.Generator) -> FloatArray:
     canvas = np.zeros((2 * n, 2 * n), np.float32)
     kinds = ((3.6, 0.9), (3.0, 0.45), (2.1, 1.4))
     for depth in np.linspace(0.35, 1.0, 3):
-        for _ in range(n * n // 620):
+        for _ in range(n * n // 800):
             _chain(canvas, n, rng, float(depth), kinds)
     lit = periodic_blur(area_down(canvas, n, n), 0.5)
     return normalized(lit + 0.35 * shaded(3.0 * lit))
@@ -121,19 +125,30 @@ def _chain(
     steps = 8.0 * np.stack([np.cos(bends), np.sin(bends)], 1)
     spine = np.array([x, y]) + np.cumsum(steps, 0)
     side = spine[1:5] + 7.0 * np.stack([np.cos(bends[1:5] + 1.9), np.sin(bends[1:5] + 1.9)], 1)
-    drawn_wrapped(canvas, [tuple(p) for p in spine], 0.4 * depth, 4)
-    for a, b in zip(spine[1:5], side, strict=True):
-        drawn_wrapped(canvas, [tuple(a), tuple(b)], 0.4 * depth, 3)
+    for a, b in [*itertools.pairwise(spine), *zip(spine[1:5], side, strict=True)]:
+        for start in _on_torus(a, n):
+            _line(canvas, start, start + b - a, 0.4 * depth)
     for centre, kind in zip([*side, *spine], [2] * 4 + list(rng.integers(0, 2, 6)), strict=True):
-        radius, tone = kinds[kind]
-        for share, shade in ((1.0, 0.35), (0.85, 0.75), (0.55, 1.0)):
-            shift = 0.3 * radius * (1 - share)
-            drawn_wrapped(canvas, _round(centre - shift, share * radius), depth * tone * shade, 0)
+        for place in _on_torus(centre, n):
+            _ball(canvas, place, kinds[kind][0], depth * kinds[kind][1])
 
 
-def _round(centre: np.ndarray, radius: float) -> list[tuple[float, float]]:
-    angles = np.arange(12) * (math.pi / 6)
-    return [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in angles]
+def _on_torus(place: np.ndarray, n: int) -> list[np.ndarray]:
+    """Returns the place within the tile, and where a form smaller than `MARGIN_PX` comes in again."""
+    place = np.mod(place, n)
+    sides = [[0, n] if c < MARGIN_PX else [0, -n] if c > n - MARGIN_PX else [0] for c in place]
+    return [place + shift for shift in itertools.product(*sides)]
+
+
+def _line(canvas: FloatArray, start: np.ndarray, end: np.ndarray, tone: float) -> None:
+    a, b = (np.round(32 * p).astype(int).tolist() for p in (start, end))
+    cv2.line(canvas, a, b, tone, 4, cv2.LINE_8, 4)
+
+
+def _ball(canvas: FloatArray, centre: np.ndarray, radius: float, tone: float) -> None:
+    for share, shade in ((1.0, 0.35), (0.85, 0.75), (0.55, 1.0)):
+        place = np.round(32 * (centre - 0.3 * radius * (1 - share))).astype(int).tolist()
+        cv2.circle(canvas, place, round(32 * share * radius), tone * shade, -1, cv2.LINE_8, 4)
 
 
 def lattice(n: int, rng: np.random.Generator) -> FloatArray:
@@ -170,15 +185,18 @@ def _rows_of_atoms(place: FloatArray, rng: np.random.Generator) -> tuple[FloatAr
 
 
 def orbital(n: int, rng: np.random.Generator) -> FloatArray:
-    """Clouds of electrons: standing waves around every atom, which cross each other."""
+    """Clouds of electrons: standing waves around every atom, round or lobed, which cross each other."""
     impulses = np.zeros((n, n), np.float32)
-    count = n * n // 1100
-    places = rng.integers(0, n, (2, count))
-    impulses[places[0], places[1]] = rng.choice([-1.0, 1.0], count)
-    waves = _ringed(impulses, n / 7.5)
-    cores = periodic_blur(np.abs(impulses), 2.2)
-    glow = periodic_blur(np.abs(impulses), 7.0)
-    return normalized(waves + 2.5 * cores / cores.max() + 0.5 * normalized(glow))
+    row, column = rng.integers(0, n, (2, n * n // 1100))
+    impulses[row, column] = rng.choice([-1.0, 1.0], len(row))
+    glow = np.abs(impulses)
+    lobed = rng.random(len(row)) < 0.5
+    away = rng.integers(-4, 5, (2, len(row)))
+    impulses[np.mod(row + away[0], n)[lobed], np.mod(column + away[1], n)[lobed]] -= impulses[row, column][
+        lobed
+    ]
+    waves, cores = _ringed(impulses, n / 7.5), periodic_blur(glow, 2.2)
+    return normalized(waves + 1.2 * cores / cores.max() + 0.5 * normalized(periodic_blur(glow, 7.0)))
 
 
 def _ringed(impulses: FloatArray, cycles: float) -> FloatArray:
@@ -217,14 +235,12 @@ def froth(n: int, rng: np.random.Generator) -> FloatArray:
 
 
 def caustic(n: int, rng: np.random.Generator) -> FloatArray:
-    """Light under a moving surface of water: bright bent lines that meet and fade, and dim lenses between."""
-    total = np.zeros((n, n), np.float32)
-    for cells, width, weight in ((n // 17, 2.4, 1.0), (n // 10, 1.4, 0.5)):
-        first, second, _ = cellular(n, cells, rng, stretch=1.8)
-        here = np.clip(0.6 + 0.9 * fractal(n, 1.5, rng, stretch=0.5), 0, 2.5)
-        line = (here * np.exp(-(second - first) / width)).astype(np.float32)
-        total += weight * warped(warped(line, 2.0, rng, slope=1.0), 7.0, rng)
-    return normalized(periodic_blur(total, 0.7))
+    """Water near: soft swells with glints where they face the light, drawn out flat, in gusts."""
+    swell = ridged(n, 3, n // 44, rng, stretch=0.32)
+    gust = np.clip(0.7 + 0.8 * fractal(n, 1.6, rng, stretch=0.6), 0.1, 2.2)
+    glint = np.clip(swell - 0.9, 0, 3) ** 1.5
+    height = warped((gust * (0.5 * swell + 1.1 * glint)).astype(np.float32), 5.0, rng, slope=1.8)
+    return normalized(periodic_blur(height + 1.2 * shaded(1.6 * height, 100.0), 0.8))
 
 
 def air(n: int, rng: np.random.Generator) -> FloatArray:

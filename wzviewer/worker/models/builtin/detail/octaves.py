@@ -22,8 +22,9 @@ SPECTRA = {
     **dict.fromkeys(("tissue", "cell", "cornea", "granule", "cytoplasm"), FORMS),
     **dict.fromkeys(("membrane", "molecule", "atom"), FORMS),
     **dict.fromkeys(("orbital", "nucleus", "froth", "lattice", "facet", "alloy", "granite"), FORMS),
-    **dict.fromkeys(("haze", "droplet", "frost", "plankton", "caustic", "grit"), FORMS),
+    **dict.fromkeys(("droplet", "frost", "plankton", "caustic", "grit"), FORMS),
     "air": BREATH,
+    "haze": (0.2, 0.4, 0.9),
 }
 
 

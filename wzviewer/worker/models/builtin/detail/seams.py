@@ -17,6 +17,7 @@ DARKER = 0.7  # deviations of the surroundings
 LEAST_DARKER = 2.5  # grey levels: below that nobody sees a line
 PATCH_PX = 34.0  # of the observation, from a busy place to a calm one
 PATCHES, ON_FORMS = 0.35, 0.3
+WHITE, ROOM_SHARE = 262.0, 0.22
 LEAST_PX = 60  # of the observation; fewer are specks
 
 
@@ -68,3 +69,13 @@ def unevenness(plane: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
     form = np.tanh(away / (local_rms(away, 2 * SURROUNDINGS_PX) + np.float32(2)))
     factor: FloatArray = 1 + np.float32(PATCHES) * patches + np.float32(ON_FORMS) * form
     return factor.clip(0.35, 1.8)
+
+
+def most_in_light(grey: FloatArray) -> FloatArray:
+    """Returns ``(h, w)``: the most contrast there may be, by the room to white, or a descent ends in it.
+
+    Args:
+        grey: ``(h, w, 3)`` the observation in grey levels.
+    """
+    room = np.float32(WHITE) - 0.5 * (grey.max(2) + luma(grey))
+    return np.float32(ROOM_SHARE) * room + np.float32(0.8)

@@ -1,6 +1,7 @@
 """The public face: describes a picture, and makes the picture of a region of it eight times closer."""
 
 import math
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -42,7 +43,7 @@ from wzviewer.worker.models.builtin.detail.overlay import (
     roughened,
     with_detail,
 )
-from wzviewer.worker.models.builtin.detail.seams import unevenness, with_seams
+from wzviewer.worker.models.builtin.detail.seams import most_in_light, unevenness, with_seams
 from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture, shrunk
 
 Fractions = tuple[float, float, float, float]
@@ -222,6 +223,8 @@ class DetailSynthesizer:
             labels, names = with_seams(grey, labels, names)
         place = [round(1e6 * value) & 0xFFFFFFFF for value in region]
         seeds = (self._seed & 0xFFFFFFFF, seed & 0xFFFFFFFF, level & 0xFFFFFFFF, *place)
+        if level > 1:  # or every photograph had the same atoms in its middle
+            seeds = (*seeds, zlib.crc32(np.round(grey).astype(np.uint8).tobytes()))
         return _Job(
             observation=grey,
             width=width,
@@ -279,7 +282,7 @@ class DetailSynthesizer:
                 sigma *= 1 - _spread(coarse, strands) * glossy(plane)
             sigma *= self._belonging(job, coarse)
         elif job.level > 1:
-            sigma *= unevenness(plane, job.seeds)
+            sigma = np.minimum(sigma * unevenness(plane, job.seeds), most_in_light(job.observation))
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
     @staticmethod

@@ -1,5 +1,6 @@
 """The texture of every material in the picture, put together along the picture's own contours."""
 
+import math
 from dataclasses import dataclass, replace
 
 import cv2
@@ -9,17 +10,18 @@ from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
 from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TILE_PX, TileLibrary
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, stretched
-from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, evened
+from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, SPECTRA, evened
 
 SMOOTH = frozenset({"smooth", "sky", "glaze", "wet"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
 SHOWS_AS = {"metal": "polish"}
 """Materials that are seen by the tile of another: hairlines and smudges on metal."""
+TURN_RAD = 0.4
+"""A tile is smaller than the picture: turned, it does not repeat along a row, and its light hardly turns."""
 NARROW = 0.4  # of the picture: strands in seams need not be long
 TURNABLE = frozenset(
-    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth", "caustic"}
-    | {"orbital"}
+    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth"} | {"orbital"}
 )  # unlit tiles: a quarter turn does not move the light
 
 
@@ -117,12 +119,16 @@ def tile_texture(
 ) -> FloatArray:
     """Returns a piece of the endless tile, shifted and gently bent, ``(height, width)`` in deviations."""
     source = np.rot90(tile, int(rng.integers(4))) if name in TURNABLE else tile
+    angle = rng.uniform(-TURN_RAD, TURN_RAD) if name in SPECTRA else 0.0
     offset_x, offset_y = rng.uniform(0, TILE_PX, 2)
     bend = rng.standard_normal((2, 6, 8)).astype(np.float32) * np.float32(
         4.0
     )  # more would stretch cells to hairs
     y, x = np.mgrid[0:height, 0:width].astype(np.float32) * np.float32(stride)
     bend_x, bend_y = (cv2.resize(plane, (width, height), interpolation=cv2.INTER_CUBIC) for plane in bend)
+    if angle:
+        c, s = np.float32(math.cos(angle)), np.float32(math.sin(angle))
+        x, y = c * x - s * y, s * x + c * y
     map_x = np.mod(x + bend_x + np.float32(offset_x), TILE_PX)
     map_y = np.mod(y + bend_y + np.float32(offset_y), TILE_PX)
     floats = np.ascontiguousarray(source).astype(np.float32) * np.float32(1 / INT8_PER_DEVIATION)

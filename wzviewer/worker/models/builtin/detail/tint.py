@@ -1,7 +1,8 @@
 """How colour varies beside light in what is invented wholly: around the colour that is there.
 
-A grey level of detail turns the hue of a colour a little; what has no colour it shifts between warm and cool.
-Light forms lean one way at one level and the other way at the next, so that no descent drifts.
+As in daylight, what is light leans towards yellow and what is dark away from it: orange to gold and rust,
+green to lime and bottle green.  What has no colour is shifted between warm and cool, the other way at every
+other level.
 """
 
 import numpy as np
@@ -9,14 +10,14 @@ import numpy as np
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, ramp, stretched
 
-TURN = 0.7  # radians per unit of detail / light
-MOST_TURN = 0.22
-WARMTH = 0.28
-SWING, MOST_SWING = 1.5, 0.3
+TURN = 1.2  # radians per unit of detail / light
+MOST_TURN = 0.25
+WARMTH = 0.34
+SWING, MOST_SWING = 0.8, 0.2
 """What there is less of, sparse lights or thin dark lines, is paler by this per unit of detail / light."""
-COLOURFUL = 32.0
-"""From this distance of the channels on, in grey levels, a colour is varied by its hue alone."""
-WARM = np.array([1.0, -0.05, -2.36], np.float32)
+COLOURFUL = 0.35
+"""From this distance of the channels on, as a share of the greatest, a colour is varied by its hue alone."""
+WARM = np.array([1.0, -0.2, -1.593], np.float32)
 """From cool to warm, without luma."""
 GREY_AXIS = 3**-0.5
 
@@ -33,15 +34,24 @@ def tinted(base: FloatArray, detail: FloatArray, level: int) -> FloatArray:
     size = (max(width // 2, 1), max(height // 2, 1))  # colour needs no more, as in any film
     base, detail = area_down(base, *size), area_down(detail, *size)
     light = luma(base)
-    lean = np.float32(1 if level % 2 else -1)
     ratio = detail / np.maximum(light, 24)
-    turn = np.clip(ratio * np.float32(TURN), -MOST_TURN, MOST_TURN) * lean
     swing = np.clip(ratio * np.float32(SWING * _rarer(detail)), -MOST_SWING, MOST_SWING)
-    warmth = np.float32(WARMTH) * lean * (1 - ramp(base.max(2) - base.min(2), 0, COLOURFUL)) * detail
     colour = base - light[..., None]
+    turn = np.clip(ratio * np.float32(TURN), -MOST_TURN, MOST_TURN) * _to_yellow(colour)
     across = np.float32(GREY_AXIS) * (np.roll(colour, 1, 2) - np.roll(colour, -1, 2))
+    strongest = base.max(2)
+    plain = 1 - ramp(1 - base.min(2) / np.maximum(strongest, 8), 0, COLOURFUL)
+    warmth = np.float32(WARMTH if level % 2 else -WARMTH) * plain * detail
     added = colour * swing[..., None] + across * turn[..., None] + warmth[..., None] * WARM
     return stretched(added, width, height)
+
+
+def _to_yellow(colour: FloatArray) -> FloatArray:
+    """Returns the sine of the way from each hue to yellow; ``colour`` is ``(h, w, 3)`` less its light."""
+    red = colour[..., 0] - 0.5 * (colour[..., 1] + colour[..., 2])
+    green = np.float32(0.75**0.5) * (colour[..., 1] - colour[..., 2])
+    way: FloatArray = np.float32(0.75**0.5) * red - np.float32(0.5) * green
+    return way / (np.hypot(red, green) + np.float32(4))
 
 
 def _rarer(detail: FloatArray) -> float:
