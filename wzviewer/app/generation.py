@@ -68,7 +68,7 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
     if state.job is not None and state.job.is_auto and _is_wanted(state.job, goal):
         return replace(state, job=replace(state.job, is_auto=False))
     if state.job is not None and state.job.is_auto:  # of auto detail: it makes room for what was asked for
-        services.client.cancel()
+        services.client.cancel(ev.PATIENT_S)
         job = replace(state.job, is_cancelling=True)
         return _taken(replace(state, job=job, goal=goal, is_goal_waiting=True), goal)
     if is_busy(state):
