@@ -154,8 +154,8 @@ def ant(rng: np.random.Generator, tint: Tint) -> Body:
         CHITIN, rear, shaded(rear, 0.6), rough=0.42, coat=0.55, coat_rough=0.17, wavelength=0.009, relief=0.05
     )
     limb = pen.material(
-        CHITIN, shaded(front, 0.62), shaded(front, 0.3), rough=0.5, coat=0.3, coat_rough=0.25, wavelength=0.008,
-        relief=0.08,
+        CHITIN, shaded(front, 0.62), shaded(front, 0.3), rough=0.5, coat=0.3, coat_rough=0.25,
+        wavelength=0.008, relief=0.08,
     )  # fmt: skip
     hair = pen.material(HAIR, linear(170, 132, 84), linear(96, 70, 44), rough=0.45, wrap=0.4)
     head, trunk, tail = pen.group(), pen.group(), pen.group()
