@@ -290,6 +290,17 @@ def test_wrought_iron_is_no_stone_and_stone_is():
     assert tones[0] < 0.5 < 0.7 < tones[1]  # measured 0.03 and 1.0
 
 
+def test_gilded_bars_on_iron_are_neither_straw_nor_wood_nor_stone():
+    gilded = railing()
+    for y in (60, 150):
+        for row, tone in zip(range(y, y + 8), (0.5, 0.8, 1.0, 0.9, 0.75, 0.6, 0.5, 0.4), strict=True):
+            gilded[row] = np.array([0.85, 0.65, 0.25]) * tone
+    context = described(gilded)
+    names = np.array(context.materials)[context.labels]
+    assert (names == "metal").mean() > 0.3  # measured 0.59
+    assert not {"fibre", "straw", "fur", "rock", "sand", "cell"} & set(names.ravel())
+
+
 def lakeside(calm=True, at_row=150):
     """Sky, a meadow, and something blue in it."""
     rng = np.random.default_rng(6)
@@ -307,6 +318,7 @@ def test_a_lake_is_water_and_the_sky_is_not():
     assert names[150, 180] == "ripple"
     assert names[20, 180] == "sky"
     assert names[220, 20] == "foliage"
+    assert names[165, 100] == names[140, 240] == "ripple"  # all of it
     assert 0.05 < (names == "ripple").mean() < 0.12  # the ellipse has 0.104; measured 0.110
     assert "ripple" not in described(lakeside(calm=False)).materials
     assert (

@@ -28,6 +28,7 @@ NOISE_RMS = 0.6
 NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
 REGIONAL_SHARE, WOOD_SHARE = 0.7, 1.0
 """Least detail of a place, as a share of what the law gives to its whole region."""
+LEAST_WOOD_PX = 6.0  # narrower it is a hem, where two other colours mix
 LEAST_IN_WOOD = 0.6
 """What remains of that where a wood looks lettered: light crowns in dark gaps are two tones, too."""
 WOOD_SPREAD = 1.5
@@ -215,6 +216,7 @@ def sigma_map(
     else:
         floor_sigma *= 1 + np.float32(SHADE_GAIN) * (1 - ramp(plane, 15, 60))
     grown = np.maximum(widely_blurred(drawn_not_lettered(plane), 8.0), np.float32(LEAST_IN_WOOD) * wood)
+    grown *= ramp(widely_blurred((regional > 0).astype(np.float32), LEAST_WOOD_PX), 0.2, 0.2)
     texture = np.maximum(lawful_sigma(plane), regional * grown)
     sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)
     if truthful:

@@ -36,6 +36,7 @@ DISC_CHROMA = 60.0  # of a daisy's; straw and stubble have 40 to 50
 SCRAPS = 0.03  # of the picture: less is no field of straw, but the mixed hem of petals
 GREEN_SHARE = 0.12  # of a picture of plants
 
+RIM_TONES, RIM_SPREAD = 0.25, 1.8
 METAL_CHROMA = 20.0
 """Iron and steel have less colour: 5 to 12 in the photographs looked at, a sunflower's kin 28."""
 
@@ -246,6 +247,8 @@ def _even_material(region: Region, chroma: float, hue: float) -> str:
 
 def _rough_material(region: Region, chroma: float, hue: float) -> str:
     rough = region.fine + region.middle
+    if region.tones < RIM_TONES and region.wide > RIM_SPREAD * region.fine:
+        return "smooth"  # contours and their two sides
     spread = region.wide / (
         region.fine + 0.1
     )  # about 1 in dense texture, above 1.5 where objects make the contrast

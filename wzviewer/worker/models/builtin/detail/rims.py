@@ -14,8 +14,10 @@ MOST_TONES, MOST_RADIUS = 0.4, 3.0
 """A rim has the tones of the contour's two sides and none between, and is no wider than the window that made
 it, of which this is in deviations."""
 LIGHTNESS_WEIGHT = 0.5  # light and shade are of one thing
+BETTER = 0.7
+"""What takes a place is so much nearer to it in colour than its own region: a rail or a lake has its own."""
 LAB_PER_PX, FARTHEST_PX = 0.6, 26.0
-"""What a grid pixel of distance counts, in CIELAB: a rim belongs to what touches it, or stays what it is."""
+"""What a grid pixel of distance counts, in CIELAB: a rim belongs to what touches it."""
 LAB_PER_ROUGHNESS = 1.5
 """What roughness counts: in doubt a rim is of the smoother side, where nothing will be laid on."""
 MEDIAN_PX = 5  # of the grid
@@ -43,8 +45,11 @@ def without_rims(
     masks = [small == index for index in range(len(regions))]
     most_px = MOST_RADIUS * window_px(*labels.shape[::-1]) / GRID_PX
     rims = [_thin_pieces(mask, tones, most_px) for mask in masks]
-    costs = [_cost(m, rim, lab, region) for m, rim, region in zip(masks, rims, regions, strict=True)]
-    merged = np.where(np.any(rims, axis=0), np.argmin(costs, 0), small).astype(np.uint8)
+    away = np.stack([_colour_distance(lab, region) for region in regions])
+    reach = np.stack([_reach(m & ~rim, region) for m, rim, region in zip(masks, rims, regions, strict=True)])
+    owner = np.argmin(away + reach, 0)
+    here, there = (np.take_along_axis(away, which[None].astype(np.intp), 0)[0] for which in (small, owner))
+    merged = np.where(np.any(rims, axis=0) & (there < BETTER * here), owner, small).astype(np.uint8)
     large = cv2.resize(merged, labels.shape[::-1], interpolation=cv2.INTER_NEAREST)
     shares = np.bincount(large.ravel(), minlength=len(regions)) / large.size
     return large, tuple(replace(region, share=float(s)) for region, s in zip(regions, shares, strict=True))
@@ -63,17 +68,18 @@ def _thin_pieces(mask: BoolArray, tones: FloatArray, most_px: float) -> BoolArra
     return found
 
 
-def _cost(mask: BoolArray, rims: BoolArray, lab: FloatArray, region: Region) -> FloatArray:
-    """Returns how little each place belongs to a region, in CIELAB: colour, distance, roughness."""
-    away = np.full(mask.shape, np.inf, np.float32)
-    core = mask & ~rims
-    if core.any():
-        away = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3)
-        away[away > FARTHEST_PX] = np.inf
-    away[rims] = np.minimum(away[rims], np.float32(FARTHEST_PX))
+def _colour_distance(lab: FloatArray, region: Region) -> FloatArray:
     mean = np.array([region.lightness, region.green_red, region.blue_yellow], np.float32)
-    colour = np.linalg.norm((lab - mean) * np.array([LIGHTNESS_WEIGHT, 1, 1], np.float32), axis=2)
-    return colour + np.float32(LAB_PER_PX) * away + np.float32(LAB_PER_ROUGHNESS * math.log1p(region.fine))
+    return np.linalg.norm((lab - mean) * np.array([LIGHTNESS_WEIGHT, 1, 1], np.float32), axis=2)
+
+
+def _reach(core: BoolArray, region: Region) -> FloatArray:
+    """Returns what distance and roughness count against a region, in CIELAB; far away it is infinite."""
+    if not core.any():
+        return np.full(core.shape, np.inf, np.float32)
+    away = cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3)
+    rough = np.float32(LAB_PER_ROUGHNESS * math.log1p(region.fine))
+    return np.where(away > FARTHEST_PX, np.float32(np.inf), np.float32(LAB_PER_PX) * away + rough)
 
 
 def _plain_lab(image: FloatArray) -> FloatArray:
