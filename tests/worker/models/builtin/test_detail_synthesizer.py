@@ -333,6 +333,6 @@ def test_a_shadow_does_not_go_black(synthesizer, tone):
     photograph = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 1, 7)
     deeper = synthesizer.upscale(observation, WIDTH, HEIGHT, context, WHOLE, 3, 7)
     contrast = 255 * deeper.image.mean(2).std() / tone
-    assert 0.1 < contrast < 0.6  # measured 0.43, 0.19, 0.12
+    assert 0.15 < contrast < 0.9  # measured 0.61, 0.38, 0.23
     assert deeper.consistency_db > 42  # measured 44.5 to 50.8
     assert photograph.image.std() < deeper.image.std()  # a photograph's own blacks stay as they are

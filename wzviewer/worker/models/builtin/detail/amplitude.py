@@ -43,6 +43,8 @@ WET_TONE = 85.0
 """In grey levels: half of what is this dark may be `glossy`."""
 SHADE_GAIN, MOST_IN_SHADE = 2.0, 0.5
 """Beyond the photograph a shadow has more contrast for its light, up to a share of it, or it is black."""
+GLOW = 6.0
+"""More of it in what is nearly black, in grey levels: there the forms shine on a black ground."""
 PROMPTED_FLOOR = 0.05
 """Least contrast, as a share of the luminance, where a prompt names the material."""
 
@@ -222,5 +224,6 @@ def sigma_map(
     if truthful:
         sigma *= np.where(regional > 0, light_gain(plane), np.float32(1))
         return sigma * tone_damping(plane) * edge_damping(plane)
-    shade = np.float32(MOST_IN_SHADE) * plane + np.float32(0.8)
+    glow = np.float32(GLOW) * (1 - ramp(plane, 8, 25))
+    shade = np.float32(MOST_IN_SHADE) * plane + np.float32(0.8) + glow
     return np.minimum(sigma * bright_damping(plane) * edge_damping(plane), shade)

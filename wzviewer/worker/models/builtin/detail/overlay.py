@@ -16,8 +16,8 @@ PHOTOGRAPHED_HUE = np.array([0.3, -0.08, -0.25], np.float32)
 DEEP_LIGHT = 0.9
 """Share of the detail beyond the photograph that is light, not paint: paint would grey what is colourful."""
 EVEN = frozenset({"sky", "smooth"})
-LEAST_LIGHT, MOST_STOPS = 6.0, 1.6
-"""In grey levels, and as a natural logarithm: no ridge in a shadow is more than five times as light as it."""
+LEAST_LIGHT, MOST_STOPS = 6.0, 2.1
+"""In grey levels, and as a natural logarithm: no ridge in a shadow is more than eight times as light."""
 
 
 def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray, level: int) -> FloatArray:
