@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 from wzviewer.core.messages import Json, Message, decode, encode, from_bytes, to_bytes
 from wzviewer.core.types import ByteArray
 
-SLOT_BYTES = 4 << 20
-NUM_SLOTS = 8  # each way
+SLOT_BYTES = 1 << 20
+NUM_SLOTS = 32  # each way: the arrays of a few chunks, so that a frame finds more than one waiting
 MAX_ARRAY_BYTES = 4 << 30  # of one message
 ALLOWED_KINDS = "fiub"
 UNTOLD = "ignore::UserWarning:multiprocessing.resource_tracker"
