@@ -152,16 +152,8 @@ def _lying(v: View) -> FloatArray:
 
 
 def _bare(v: View) -> FloatArray:
-    """A floor, a path: lying, low in the picture, without a green cover, of the colour that most of it has.
-
-    What stands on it may lie by its depth; a red cloak on a grey path still is no path.
-    """
-    bare = _lying(v) * (1 - _green(v)) * (0.3 + 0.7 * _ramp(_rows(v), 0.45, 0.8))
-    total = max(float(bare.sum()), 1e-3)
-    usual = (v.lab * bare[..., None]).sum((0, 1)) / total
-    off = np.linalg.norm((v.lab - usual) * np.array([0.35, 1, 1], np.float32), axis=2)
-    spread = max(float(np.sqrt((off**2 * bare).sum() / total)), 3.0)
-    return bare * (1 - _ramp(off / np.float32(spread), 1.4, 2.4))
+    """A floor, a path: lying, low in the picture, without a green cover."""
+    return _lying(v) * (1 - _green(v)) * (0.3 + 0.7 * _ramp(_rows(v), 0.45, 0.8))
 
 
 def _rows(v: View) -> FloatArray:
