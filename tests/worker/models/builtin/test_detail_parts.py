@@ -7,6 +7,7 @@ import pytest
 from wzviewer.worker.models.builtin.detail.amplitude import (
     drawn_not_lettered,
     glossy,
+    hems,
     in_focus,
     lawful_sigma,
     light_gain,
@@ -124,6 +125,19 @@ def test_what_lies_in_a_sharp_contour_is_in_focus():
     assert soft.max() < 0.1  # measured 0.0
     noise = np.random.default_rng(2).normal(0, 0.5, (90, 136)).astype(np.float32)
     assert in_focus(100 + noise).max() < 0.1  # a camera's noise is no contour
+
+
+def test_a_narrow_band_of_two_tones_is_a_hem_and_a_wood_is_none():
+    rng = np.random.default_rng(3)
+    plane = np.full((90, 136), 190, np.float32)
+    plane[:, 68:] = 120
+    band, wood = np.zeros((2, 90, 136), np.float32)
+    band[:, 65:71] = wood[:, 40:] = 1
+    assert hems(band, plane)[45, 68] > 0.9  # measured 1.0
+    assert hems(wood, plane)[45, 80:].max() < 0.1
+    textured = plane + cv2.GaussianBlur(rng.normal(0, 60, plane.shape).astype(np.float32), (0, 0), 0.8)
+    assert hems(band, textured)[20:70, 68].mean() < 0.6  # measured 0.45
+    assert hems(band, plane)[:, :60].max() == 0
 
 
 def test_leaves_in_the_light_have_more_contrast_than_in_the_gaps():

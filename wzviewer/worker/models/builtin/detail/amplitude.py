@@ -28,7 +28,7 @@ NOISE_RMS = 0.6
 NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
 REGIONAL_SHARE, WOOD_SHARE = 0.7, 1.0
 """Least detail of a place, as a share of what the law gives to its whole region."""
-LEAST_WOOD_PX = 6.0  # narrower it is a hem, where two other colours mix
+HEM_PX, HEM_TONES = 10.0, 0.6
 LEAST_IN_WOOD = 0.6
 """What remains of that where a wood looks lettered: light crowns in dark gaps are two tones, too."""
 WOOD_SPREAD = 1.5
@@ -147,6 +147,18 @@ def bright_damping(plane: FloatArray) -> FloatArray:
     return ramp(262 - plane, 0, 40).clip(0.2, 1)
 
 
+def hems(natural: FloatArray, plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)`` in 0..1: where what grew is but a narrow band of two tones, as where two others mix.
+
+    Args:
+        natural: ``(h, w)`` share of `NATURAL` materials.
+        plane: ``(h, w)`` luma of the observation in grey levels.
+    """
+    narrow = 1 - ramp(widely_blurred(natural, HEM_PX), 0.35, 0.25)
+    lettered = 1 - ramp(blurred(drawn_not_lettered(plane), 3.0), HEM_TONES, 0.25)
+    return natural * narrow * lettered
+
+
 def light_gain(plane: FloatArray) -> FloatArray:
     """Returns ``(h, w)`` in 0.5..1.6: leaves in the light have more contrast than those in the gaps between.
 
@@ -218,7 +230,6 @@ def sigma_map(
     else:
         floor_sigma *= 1 + np.float32(SHADE_GAIN) * (1 - ramp(plane, 15, 60))
     grown = np.maximum(widely_blurred(drawn_not_lettered(plane), 8.0), np.float32(LEAST_IN_WOOD) * wood)
-    grown *= ramp(widely_blurred((regional > 0).astype(np.float32), LEAST_WOOD_PX), 0.2, 0.2)
     texture = np.maximum(lawful_sigma(plane), regional * grown)
     sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)
     if truthful:

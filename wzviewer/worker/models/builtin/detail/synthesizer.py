@@ -14,6 +14,7 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     NATURAL,
     PROMPTED_FLOOR,
     glossy,
+    hems,
     regional_sigma,
     sigma_map,
     wet_places,
@@ -292,16 +293,18 @@ class DetailSynthesizer:
 
         In the shade colours say little; there all of the region belongs to it.
         """
-        grew = np.array([name in TINT_REACHES for name in job.names], np.float32)
+        grew, natural = (
+            np.array([name in known for name in job.names], np.float32) for known in (TINT_REACHES, NATURAL)
+        )
         if not grew[list(coarse.shares)].any():
             return np.ones(coarse.labels.shape, np.float32)
-        share = _spread(coarse, grew)
         lab = cv2.cvtColor(job.observation * np.float32(1 / 255), cv2.COLOR_RGB2LAB)
         mean = [_spread(coarse, table) for table in job.tints.T]
         away = np.square(lab[..., 1] - mean[0]) + np.square(lab[..., 2] - mean[1])
         away *= ramp(lab[..., 0], 45, 15)
         reaches = np.array([TINT_REACHES.get(name, 100.0) for name in job.names], np.float32)
-        return 1 - share * (1 - np.exp(-away / np.square(_spread(coarse, reaches))))
+        own = 1 - _spread(coarse, grew) * (1 - np.exp(-away / np.square(_spread(coarse, reaches))))
+        return own * (1 - hems(_spread(coarse, natural), luma(job.observation)))
 
 
 def _promised(db: float, job: _Job) -> float:
