@@ -13,6 +13,7 @@ LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
 is left of it at the working size (0.26 to 0.83)."""
 PHOTOGRAPHED_HUE = np.array([0.3, -0.08, -0.25], np.float32)
 """How far a grey level of detail shifts the colour of a photograph: warm to cool, hardly any luma."""
+WHITE = 254.0
 DEEP_LIGHT = 0.9
 """Share of the detail beyond the photograph that is light, not paint: paint would grey what is colourful."""
 EVEN = frozenset({"sky", "smooth"})
@@ -45,10 +46,13 @@ def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray, l
 def multiplied(detail: FloatArray, plane: FloatArray) -> FloatArray:
     """Returns detail ``(H, W)`` as factors on the light: in a shadow ridges shine, nothing is below black.
 
-    Where detail is weak for the light ``plane``, ``(H, W)`` in grey levels, it stays what it is.
+    Nor above white: lights fade into the room that is left.  Where detail is weak for the light ``plane``,
+    ``(H, W)`` in grey levels, it stays what it is.
     """
     light = np.maximum(plane, np.float32(LEAST_LIGHT))
-    return light * np.expm1(np.minimum(detail / light, np.float32(MOST_STOPS)))
+    made = light * np.expm1(np.minimum(detail / light, np.float32(MOST_STOPS)))
+    room = np.maximum(np.float32(WHITE) - plane, np.float32(1))
+    return np.where(made > 0, -room * np.expm1(-made / room), made)
 
 
 def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:

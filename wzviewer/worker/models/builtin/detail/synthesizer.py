@@ -52,7 +52,6 @@ Fractions = tuple[float, float, float, float]
 
 WET = "wet"
 """The material of an eye or a nose, of which only its gloss tells."""
-DEEP_ROUGHNESS_PX = 1.6
 TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
 """In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
 
@@ -385,15 +384,15 @@ def _roughness(job: _Job, place: Layout) -> FloatArray:
 
     Deeper nothing is straight but the grid of coarser pixels: every contour takes part in the texture.
     """
-    factor = job.work_size[0] / job.observation.shape[1] / 8
+    factor = np.float32(job.work_size[0] / job.observation.shape[1] / 8)
+    own = _spread(place, per_label(job.names, "roughness_px")) * factor
     if job.level > 2 and not job.prompted:
-        return np.full(place.labels.shape, DEEP_ROUGHNESS_PX * factor, np.float32)
+        return own
     plane = luma(job.observation)
     field = orientation(plane, 1.0, 2.0)
     straight = ramp(field.coherence, 0.35, 0.3) * ramp(field.strength, 1.0, 3.0)
     straight = cv2.dilate(straight, np.ones((3, 3), np.uint8))
-    calm = 1 - np.float32(0.95) * stretched(straight, *job.work_size)
-    return _spread(place, per_label(job.names, "roughness_px")) * calm * np.float32(factor)
+    return own * (1 - np.float32(0.95) * stretched(straight, *job.work_size))
 
 
 def _spread(place: Layout, values: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import ByteArray, FloatArray
-from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
+from wzviewer.worker.models.builtin.detail.flow import GRAINS, Grain, grain_texture, voted_direction
 from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TILE_PX, TileLibrary
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, stretched
 from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, SPECTRA, evened
@@ -19,7 +19,7 @@ SHOWS_AS = {"metal": "polish"}
 """Materials that are seen by the tile of another: hairlines and smudges on metal."""
 TURN_RAD = 0.4
 """A tile is smaller than the picture: turned, it does not repeat along a row, and its light hardly turns."""
-NARROW = 0.4  # of the picture: strands in seams need not be long
+NARROW = 0.4  # of the picture
 TURNABLE = frozenset(
     {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth"} | {"orbital"}
 )  # unlit tiles: a quarter turn does not move the light
@@ -96,11 +96,7 @@ def painted_texture(
     for name in sorted(by_name):
         rng = np.random.default_rng([*seeds, *name.encode()])
         if direction is not None and name in GRAINS:
-            grain = GRAINS[name]
-            if by_name[name].mean() < NARROW:
-                grain = replace(grain, half_length_px=grain.half_length_px // 2)
-            layer = grain_texture(grain, direction, by_name[name] > 0.02, rng, stride)
-            layer = evened(layer, GRAIN_OCTAVES, stride)
+            layer = _strands(GRAINS[name], direction, by_name[name], rng, stride)
         else:
             layer = tile_texture(
                 library.tile(SMOOTH_TILE if name in SMOOTH else SHOWS_AS.get(name, name)),
@@ -112,6 +108,25 @@ def painted_texture(
             )
         total += by_name[name] * layer
     return total
+
+
+def _strands(
+    grain: Grain,
+    direction: tuple[FloatArray, FloatArray],
+    share: FloatArray,
+    rng: np.random.Generator,
+    stride: int,
+) -> FloatArray:
+    """Returns strands where their share is; in seams they are short bundles, drawn at half the size."""
+    mask = share > 0.02
+    if share.mean() >= NARROW:
+        return evened(grain_texture(grain, direction, mask, rng, stride), GRAIN_OCTAVES, stride)
+    height, width = mask.shape
+    half = (max(width // 2, 1), max(height // 2, 1))
+    small = cv2.resize(mask.astype(np.uint8), half, interpolation=cv2.INTER_NEAREST) > 0
+    short = replace(grain, half_length_px=grain.half_length_px // 2)
+    layer = evened(grain_texture(short, direction, small, rng, stride), GRAIN_OCTAVES, 2 * stride)
+    return cv2.resize(layer, (width, height), interpolation=cv2.INTER_CUBIC)
 
 
 def tile_texture(
