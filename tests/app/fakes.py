@@ -92,6 +92,7 @@ class FakeClient:
         self.refuses: set[str] = set()
         self.fails = False
         self.is_busy = False
+        self.grace_s = 0.0
         self._scene = Scene()
         self._queue: deque[ev.Event] = deque()
         self._request_id = 0
@@ -138,8 +139,9 @@ class FakeClient:
         level = make_level(self._scene, parent, camera, image, prompt)
         return self._make(request_id, replace(level, seed=seed))
 
-    def cancel(self) -> None:
+    def cancel(self, grace_s: float = 0.7) -> None:
         self.calls.append(("cancel",))
+        self.grace_s = grace_s
         if self._queue and len(self._scene):
             self._scene.abort(len(self._scene) - 1)
         self._queue.clear()

@@ -11,6 +11,7 @@ from wzviewer.app.auto import AUTO_REST_S
 from wzviewer.app.errands import Errand
 from wzviewer.app.state import Drag, Panels
 from wzviewer.app.viewing import refocus
+from wzviewer.worker.client import PATIENT_S
 
 REST_S = AUTO_REST_S + 0.01
 
@@ -108,6 +109,7 @@ def test_a_request_of_ones_own_takes_the_place_of_an_auto_one():
     state = rested(services, close_up(services))
     state = apply(services, state, [cmd.EditPrompt("a bird"), cmd.Generate()])
     assert state.job.is_cancelling
+    assert services.client.grace_s == PATIENT_S  # to end the worker would cost more than to wait for it
     for _ in range(12):
         state = drain(services, state, 0.0)
     assert [level.prompt for level in state.scene] == ["", "a bird"]

@@ -7,10 +7,10 @@ import pytest
 
 from tests.app.fakes import FakeDialogs, checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
-from wzviewer.app.apply import apply, drain
+from wzviewer.app.apply import apply, drain, tick
 from wzviewer.app.documents import demo_photo
 from wzviewer.app.services import Services
-from wzviewer.app.state import Film, empty_state
+from wzviewer.app.state import Film, Goal, Job, empty_state
 from wzviewer.core.files import load_scene, save_scene
 from wzviewer.core.marks import Mark
 from wzviewer.core.photos import encode_png
@@ -114,6 +114,28 @@ def test_a_clean_document_closes_at_once(services):
     assert apply(services, state_with(make_scene(2)), [cmd.Close()]).is_closing
 
 
+def test_closing_asks_about_a_level_that_is_being_made(services):
+    clean = state_with(make_scene(2))
+    goal = Goal(clean.view.camera, "a bird", clean.view.focus)
+    making = replace(clean, job=Job(7, "level", "a bird", 0.0, goal=goal))
+    asked = apply(services, making, [cmd.Close()])
+    assert asked.panels.dialog == "making"
+    assert not asked.is_closing
+    assert not apply(services, asked, [cmd.Escape()]).panels.dialog
+    assert apply(services, asked, [cmd.Close(gives_up=True)]).is_closing
+    assert apply(services, asked, [cmd.Close()]).is_closing  # the window's own button, once more
+    assert not tick(services, replace(asked, job=None), False).panels.dialog  # it is there: nothing to ask
+    for nobody_waits in (replace(making.job, is_auto=True), replace(making.job, kind="photo")):
+        assert apply(services, replace(clean, job=nobody_waits), [cmd.Close()]).is_closing
+
+
+def test_what_closing_gives_up_and_what_is_unsaved_are_asked_one_after_the_other(services):
+    state = unsaved()
+    state = replace(state, job=Job(7, "level", "a bird", 0.0))
+    state = apply(services, state, [cmd.Close(), cmd.Close(gives_up=True)])
+    assert state.panels.dialog == "unsaved"
+
+
 def test_opening_another_asks_first(services, photo):
     state = apply(services, unsaved(), [cmd.Open(photo)])
     assert state.panels.dialog == "unsaved"
@@ -157,7 +179,7 @@ def test_a_path_that_leads_nowhere_can_be_mended_in_the_line(services, tmp_path)
     assert apply(services, state, [cmd.ConfirmPath()]).panels.dialog == "open"
     assert apply(services, state, [cmd.EditPath("x")]).panels.dialog_note == ""
     assert apply(services, state, [cmd.Escape()]).panels.dialog_note == ""
-    assert "is a folder" in given(services, state, tmp_path).panels.dialog_note
+    assert given(services, state, tmp_path).panels.dialog_list.folder == tmp_path  # a folder is entered
 
 
 def test_saving_by_text_into_no_folder_says_so(services, tmp_path):

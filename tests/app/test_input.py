@@ -223,6 +223,8 @@ def test_a_dialog_takes_escape_and_enter_only(screen, state):
     assert screen.press(asking, imgui.Key.g) == []
     assert screen.press(asking, imgui.Key.enter) == [cmd.SettleUnsaved("save")]
     assert screen.press(asking, imgui.Key.escape) == [cmd.Escape()]
+    making = replace(state, panels=Panels(dialog="making"))
+    assert screen.press(making, imgui.Key.enter) == [cmd.Escape()]
 
 
 def test_a_shortcut_counts_when_ctrl_is_let_go_first_within_one_long_frame(screen):

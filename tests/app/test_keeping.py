@@ -203,7 +203,7 @@ def test_films_that_cannot_be_are_refused_before_they_begin(tmp_path):
     services = replace(fake_services(), filmer=FakeFilmer())
     state = state_with(make_scene(1))
     state = apply(services, state, [cmd.SetPlan(replace(state.plan, source="keys"))])
-    assert "no two keys" in apply(services, state, [cmd.AskFilm()]).toasts[-1].text
+    assert "needs two keys" in apply(services, state, [cmd.AskFilm()]).toasts[-1].text
     plan = replace(state.plan, source="orbit", suffix=".gif", seconds=60.0)
     state = apply(services, state, [cmd.SetPlan(plan), cmd.SetPictureSize((1920, 1080))])
     refused = apply(services, state, [cmd.MakeFilm(tmp_path / "a.gif")])

@@ -10,8 +10,10 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
 from wzviewer.app.layout import arrange
 from wzviewer.app.locating import location
+from wzviewer.app.places import shows_photo
 from wzviewer.app.viewing import advance
 from wzviewer.core.navigation import orbited
+from wzviewer.core.scene import Scene
 
 
 def looking(state, x, y, factor):
@@ -64,3 +66,17 @@ def test_the_inset_is_there_and_answers_a_click(screen):
     assert not any(
         isinstance(c, cmd.GoToPhoto) for c in screen.click(hidden, rect.right - 40, rect.bottom - 30)
     )
+
+
+def test_the_photo_stays_sharp_while_its_scene_is_being_made():
+    scene = Scene()
+    level = make_scene(1)[0]
+    state = replace(state_with(make_scene(1)), photo=level.image)
+    assert not shows_photo(state)  # finished
+    scene.append(level)
+    state = replace(state, scene=scene)
+    assert shows_photo(state)
+    zoomed = replace(state, view=replace(state.view, camera=state.view.camera.zoomed(30.0, 20.0, 3.0)))
+    assert shows_photo(zoomed)
+    turned = orbited(state.view.camera, state.view.focus, 0.1, 0.0)
+    assert not shows_photo(replace(state, view=replace(state.view, camera=turned)))

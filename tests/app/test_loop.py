@@ -87,6 +87,42 @@ def test_a_picture_at_rest_is_drawn_once(app, photo):
     assert renderer.draw(app.state.view.camera) is not first
 
 
+def test_a_hand_that_holds_still_does_not_change_the_pace(app, photo, monkeypatch):
+    app.run(photo, 20)
+    app.do(cmd.BeginDrag("orbit", 320.0, 240.0), cmd.DragTo(330.0, 240.0))
+    same = app.services.renderer.draw(app.state.view.camera)
+    monkeypatch.setattr(app.services.renderer, "draw", lambda *arguments: same)
+    app.run(None, 1)
+    app.pace = replace(app.pace, step=3)  # as a slow machine has learned it
+    app.run(None, 8)
+    assert app.state.is_moving
+    assert app.pace.step == 3
+
+
+def test_a_graphics_card_that_is_reset_costs_a_window_and_nothing_else(photo):
+    try:
+        window = OffscreenWindow((640, 480))
+    except ContextError as error:
+        pytest.skip(f"no EGL here: {error}")
+    app = App(window, FakeClient(), reopen=OffscreenWindow)
+    app.do(cmd.ChangeSettings(replace(app.state.settings, theme="light")))
+    app.run(photo, 20)
+    app.services.renderer._renderer.is_ready(None)
+    app.do(cmd.Toggle("tree"))
+    app.run(None, 25)
+    before, scene = centre_of(app.window.read_pixels()), app.state.scene
+    window.is_lost = True
+    app.run(None, 2)
+    assert app.window is not window
+    assert app.window.size_px == (640, 480)
+    assert app.state.scene is scene
+    assert "Nothing is lost" in app.state.toasts[-1].text
+    app.services.renderer._renderer.is_ready(None)
+    app.run(None, 25)
+    assert np.abs(centre_of(app.window.read_pixels()) - before).max() <= 1.0  # measured 0
+    app.close()
+
+
 def test_the_start_page_and_a_new_size(app):
     app.run(None, 2)
     assert app.window.read_pixels().std() > 3.0

@@ -50,6 +50,7 @@ STATES = {
     "toasts": lambda: state_with(make_scene(2)).with_toast("one").with_toast("two " * 60, "error"),
     "numbers": lambda: replace(state_with(make_scene(2)), panels=Panels(statistics=True, help=True)),
     "unsaved": lambda: replace(state_with(make_scene(2)), panels=Panels(dialog="unsaved")),
+    "closing": lambda: replace(making(state_with(make_scene(2))), panels=Panels(dialog="making")),
     "recover": lambda: replace(
         empty_state(1280, 800),
         leftover=Leftover(Path("x"), "meadow.png", 3),

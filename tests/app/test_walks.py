@@ -186,7 +186,7 @@ def test_the_palette_runs_what_is_typed(walk):
 def test_the_keys_of_the_authors(walk, photo):
     made(walk, photo)
     walk.click(icons.ICON_FA_GEAR)
-    walk.click("Authors' release")
+    walk.click("WonderZoom")
     walk.shoot()
     walk.press(K.escape)
     before = walk.state.view.camera

@@ -19,8 +19,8 @@ class HeldClient(FakeClient):
     def poll(self, budget_s=0.002):
         return [] if self.is_held and self.is_busy else super().poll(budget_s)
 
-    def cancel(self):
-        super().cancel()
+    def cancel(self, grace_s=0.7):
+        super().cancel(grace_s)
         self.is_held = False
 
     def lose(self):

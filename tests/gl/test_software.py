@@ -15,6 +15,7 @@ from wzviewer.core.opacity import weights
 from wzviewer.core.reference import depth_row, focus_of
 from wzviewer.core.scene import Scene, modulation
 from wzviewer.gl.arrivals import Arrivals
+from wzviewer.gl.blit import Blit
 from wzviewer.gl.frame import RenderSettings
 from wzviewer.gl.order import order_places, relative_depths, sortable_bits
 from wzviewer.gl.pages import Pages
@@ -218,6 +219,90 @@ def test_the_kernel_presents_what_the_shader_presents(gl_context, closed, backgr
 def test_a_window_gets_what_is_read(gl_context):
     scene = flat_scene(37, 21, num_levels=1, color=90)
     renderer = SurfelRenderer(gl_context, "kernels")
+    renderer.sync(scene)
+    frame = renderer.render(scene[0].camera, RenderSettings(background=(0.8, 0.1, 0.4, 1.0)))
+    screen = gl_context.ctx.simple_framebuffer((37, 21), 3)
+    frame.present_to(screen, smooth=False)
+    pixels = np.frombuffer(screen.read(components=3, alignment=1), np.uint8).reshape(21, 37, 3)
+    assert np.abs(pixels[::-1].astype(int) - frame.read_color8()).max() <= 1  # measured 0
+    screen.release()
+    renderer.release()
+
+
+def between_pixels(picture, width, height):
+    """Bilinear with kept edges, in float64."""
+    for axis, count in ((0, height), (1, width)):
+        size = picture.shape[axis]
+        places = np.clip((np.arange(count) + 0.5) * size / count - 0.5, 0, size - 1)
+        first = np.minimum(places.astype(int), max(size - 2, 0))
+        second, part = np.minimum(first + 1, size - 1), places - first
+        part = part.reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
+        picture = picture.take(first, axis) * (1 - part) + picture.take(second, axis) * part
+    return picture
+
+
+@pytest.mark.parametrize("size", [(1, 1), (5, 3), (37, 21), (80, 60), (123, 90)])
+def test_a_small_picture_is_enlarged_as_a_texture_would_be(size):
+    picture = np.random.default_rng(1).integers(0, 256, (*size[::-1], 4), np.uint8)
+    out = np.empty((60, 80, 4), np.uint8)
+    pixels = (picture.view(np.uint32)[..., 0], out.view(np.uint32)[..., 0])
+    presenting.fit(*pixels, False, False)
+    expected = between_pixels(picture.astype(float), 80, 60)
+    assert np.abs(out - expected).max() < 2.0  # measured 1.7: a step is 1/128, and it rounds twice
+    if size == (80, 60):
+        np.testing.assert_array_equal(out, picture)
+    upright = out.copy()
+    presenting.fit(*pixels, True, True)
+    np.testing.assert_array_equal(out[::-1, :, [2, 1, 0, 3]], upright)
+
+
+@pytest.mark.gl
+def test_a_coarse_frame_fills_the_place_it_is_given(gl_context):
+    scene = hill_scene(num_levels=1)
+    renderer = SurfelRenderer(gl_context, "kernels")
+    renderer.sync(scene)
+    frame = renderer.render(scene[0].camera.resized(40, 30), RenderSettings(background=(0.8, 0.1, 0.4, 1.0)))
+    screen = gl_context.ctx.simple_framebuffer((100, 80), 3)
+    screen.clear()
+    frame.present_to(screen, viewport=(10, 5, 60, 45))
+    rows = np.frombuffer(screen.read(components=3, alignment=1), np.uint8).reshape(80, 100, 3)[::-1]
+    inside = rows[80 - 50 : 80 - 5, 10:70]
+    expected = between_pixels(frame.read_color8().astype(float), 60, 45)
+    assert np.abs(inside - expected).max() < 2.0  # measured 1.0
+    rows = rows.copy()
+    rows[80 - 50 : 80 - 5, 10:70] = 0
+    assert (rows == 0).all()
+    screen.release()
+    renderer.release()
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("is_for_window", [False, True])
+def test_a_blit_is_upright_for_textures_and_for_windows(gl_context, is_for_window):
+    blit = Blit.of(gl_context)
+    if blit is None:
+        pytest.skip("this context does not say where its functions are")
+    picture = np.random.default_rng(2).integers(0, 256, (12, 16, 4), np.uint8)
+    picture[..., 3] = 255
+    screen = gl_context.ctx.simple_framebuffer((16, 12), 4)
+    for shown in (255 - picture, picture):
+        ordered = shown[..., [2, 1, 0, 3]] if is_for_window else shown[::-1]
+        blit.upload(np.ascontiguousarray(ordered), is_for_window)
+        blit.draw(screen, 0, 0)
+        _ = gl_context.ctx.error  # moderngl leaves one when it makes a framebuffer, and when it reads one
+        blit.draw(screen, 0, 0)
+        assert gl_context.ctx.error == "GL_NO_ERROR"
+        rows = np.frombuffer(screen.read(components=4, alignment=1), np.uint8).reshape(12, 16, 4)[::-1]
+        np.testing.assert_array_equal(rows[..., :3], shown[..., :3])
+    assert gl_context.ctx.error == "GL_NO_ERROR"
+    screen.release()
+    blit.release()
+
+
+@pytest.mark.gl
+def test_without_the_functions_a_quad_shows_the_picture(gl_context):
+    scene = flat_scene(37, 21, num_levels=1, color=90)
+    renderer = SurfelRenderer(replace(gl_context, load=None), "kernels")
     renderer.sync(scene)
     frame = renderer.render(scene[0].camera, RenderSettings(background=(0.8, 0.1, 0.4, 1.0)))
     screen = gl_context.ctx.simple_framebuffer((37, 21), 3)

@@ -96,6 +96,18 @@ def test_a_cancel_that_is_not_heard_ends_the_worker_within_a_second(make_client)
     assert not client.is_busy
 
 
+def test_where_another_request_waits_the_worker_is_given_time_to_stop(make_client):
+    client = make_client(children.deaf)
+    poll_for(client, WorkerStarted)
+    client.reconstruct(PHOTO)
+    pid = client.pid
+    client.cancel(client_module.PATIENT_S)
+    deadline = time.perf_counter() + 1.2 * client_module.CANCEL_GRACE_S
+    while time.perf_counter() < deadline:
+        assert client.poll(0.01) == []
+    assert client.pid == pid
+
+
 def test_a_worker_that_never_starts_is_given_up_and_tried_again_when_asked(make_client):
     client = make_client(children.brittle)
     lost, deadline = [], time.perf_counter() + 30

@@ -87,6 +87,14 @@ def test_nothing_is_taken_where_nothing_was_seen(made):
     assert len(hidden_surfels(draft, nothing)) == 0
 
 
+@pytest.mark.parametrize(("gap_px", "is_taken"), [(8.0, False), (16.0, True)])
+def test_what_is_just_behind_the_new_surface_is_that_surface(made, gap_px, is_taken):
+    _, draft, _, _ = made
+    before = replace(draft, relief=np.full((HEIGHT, WIDTH), 4.0 * BACK - gap_px, np.float32))
+    front = np.full((HEIGHT // 4, WIDTH // 4), 4.0 * FRONT, np.float32)
+    assert (len(hidden_surfels(before, front)) > 0) is is_taken  # 3 px of the parent are 12 of the child
+
+
 def test_quaternions_turn_with_their_frame():
     rng = np.random.default_rng(0)
     for _ in range(20):

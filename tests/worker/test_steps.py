@@ -1,12 +1,16 @@
 """Stages applied to a draft: what is known already is not made up."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 
 from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.models.builtin.views.layers import Layer
-from wzviewer.worker.steps import before_objects
+from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
+from wzviewer.worker.steps import before_objects, behind_redrawn
 
 H, W = 60, 80
 
@@ -39,3 +43,20 @@ def test_behind_a_new_object_is_what_was_there_before():
 def test_without_new_objects_layers_stay():
     layers = (layer(),)
     assert before_objects(draft(), layers) is layers
+
+
+def test_behind_an_object_drawn_again_is_what_coarser_levels_hide_there():
+    objects = np.zeros((H, W), bool)
+    objects[20:30, 30:40] = True
+    green = np.zeros((H, W, 3), np.float32)
+    green[..., 1] = 0.6
+    start = draft(redrawn_objects=objects, observation=SimpleNamespace(relief=np.zeros((H, W), np.float32)))
+    hidden = generate_surfels(green, np.full((H, W), 4.0, np.float32), start.camera)
+    (found,) = behind_redrawn(replace(start, layers=(layer(),), hidden=hidden))
+    assert np.abs(found.image[11:19, 11:19] - green[0, 0]).max() < 0.02  # measured: 0.005
+    assert (found.image[:4] == 0.9).all()
+
+
+def test_where_coarser_levels_hide_nothing_layers_stay():
+    shown = replace(draft(redrawn_objects=np.ones((H, W), bool)), layers=(layer(),))
+    assert behind_redrawn(shown) is shown.layers

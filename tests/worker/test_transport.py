@@ -1,6 +1,9 @@
 import multiprocessing
+import subprocess
+import sys
 import threading
 import time
+from multiprocessing.shared_memory import SharedMemory
 
 import numpy as np
 import pytest
@@ -19,6 +22,19 @@ def pair():
     for memory in (forth, back):
         memory.close()
         memory.unlink()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no tracker, and no signals")
+def test_an_app_that_is_killed_at_once_frees_its_slots_and_says_nothing():
+    code = "from wzviewer.worker.transport import make_memory as make\n"
+    code += "made = make(); print(made[0].name, flush=True); input()"
+    pipes = {name: subprocess.PIPE for name in ("stdin", "stdout", "stderr")}
+    with subprocess.Popen([sys.executable, "-c", code], text=True, **pipes) as app:
+        name = app.stdout.readline().strip()
+        app.kill()
+        assert app.communicate(timeout=20)[1] == ""  # the tracker holds the other end until it has ended
+    with pytest.raises(FileNotFoundError):
+        SharedMemory(name)
 
 
 def drain(receiver, sender, count, limit_s=20.0):

@@ -13,7 +13,7 @@
                             │          ├─ varying      another seed, and which variant is seen
                             │          ├─ prompting    known words, refusal;  auto  asks by itself
                             │          ├─ documents    open, save, close;  dropping;  recovery  autosave
-                            │          ├─ errands      files, read and written beside the frames
+                            │          ├─ errands      files, read and written beside the frames;  listing
                             │          ├─ keeping      picture, command, film;  shooting  which
                             │          ├─ directing    keys of a film, and its preview
                             │          ├─ history      undo and redo of all that changes the scene

@@ -1,11 +1,12 @@
 """What a file dialog, or the line that stands in for it, was answered."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.directing import PATH_SUFFIX, open_camera_path, save_camera_path
-from wzviewer.app.documents import SCENE_SUFFIX, open_path, save_to, without_dialog
+from wzviewer.app.documents import SCENE_SUFFIX, edit_path, open_path, save_to, without_dialog
 from wzviewer.app.keeping import make_film, save_picture
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
@@ -19,6 +20,8 @@ def confirm_path(services: Services, state: AppState, command: cmd.ConfirmPath) 
     if not text:
         return without_dialog(state)
     path = Path(text).expanduser()
+    if kind.startswith("open") and path.is_dir():
+        return edit_path(services, state, cmd.EditPath(str(path).rstrip(os.sep) + os.sep))
     note = note_on(kind, path, state)
     if note and note != state.panels.dialog_note:
         return replace(state, panels=replace(state.panels, dialog_note=note))
@@ -30,7 +33,7 @@ def confirm_path(services: Services, state: AppState, command: cmd.ConfirmPath) 
 def note_on(kind: str, path: Path, state: AppState) -> str:
     """Returns why the text dialog stays open; a file that would be replaced is asked about once."""
     if kind.startswith("open"):
-        return f"{path.name} is a folder: name a file in it." if path.is_dir() else _missing(path)
+        return _missing(path)
     target = path if path.suffix else path.with_suffix(_usual_suffix(kind, state))
     if target.is_dir():
         return f"{path.name} is a folder: name a file in it."

@@ -226,7 +226,7 @@ def tick(services: Services, state: AppState, is_typing: bool) -> AppState:
     state = state if is_previewing else framing.aim(trail.note_place(state))
     recovery.keep(services, state)
     state = keeping.follow_film(services, state)
-    state = reopening.follow(services, state)
+    state = documents.follow_making(reopening.follow(services, state))
     if is_previewing:  # nobody has come to look: no detail is asked for
         return state
     return _guarded(auto.ask_for_detail, services, state, is_typing)

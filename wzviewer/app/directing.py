@@ -20,6 +20,7 @@ from wzviewer.app.timeline import (
     without_key,
 )
 from wzviewer.core.camera import Camera
+from wzviewer.core.foreground import turning_point
 from wzviewer.core.keyframes import MAX_KEYS, Key, KeyPath, KeyTrack, swing
 from wzviewer.core.navigation import ZoomSpring
 from wzviewer.core.path_files import read_path_file, write_path
@@ -213,7 +214,8 @@ def _levels(state: AppState) -> KeyPath | None:
 
 
 def _orbit(state: AppState) -> KeyPath:
-    return swing(state.view.camera, _focus(state), state.plan.orbit_deg, ORBIT_S)
+    pivot = turning_point(state.scene, state.view.camera, _focus(state))
+    return swing(state.view.camera, pivot, state.plan.orbit_deg, ORBIT_S)
 
 
 def _timed(stops: list[tuple[Camera, DoubleArray]]) -> KeyPath:

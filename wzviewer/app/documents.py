@@ -9,6 +9,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.errands import Errand
 from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
+from wzviewer.app.listing import listed
 from wzviewer.app.reopening import note_document
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
@@ -238,13 +239,18 @@ def ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) ->
     """Falls back to a line of text where the system has no dialogs."""
     if has_dialog:
         return state
-    text = suggestion if kind == "open" else str(Path.cwd() / suggestion)
-    return replace(state, panels=replace(state.panels, dialog=kind, dialog_path=text, dialog_note=""))
+    text = suggestion if kind.startswith("open") else str(Path.cwd() / suggestion)
+    found = listed(kind, text)
+    panels = replace(state.panels, dialog=kind, dialog_path=text, dialog_note="", dialog_list=found)
+    return replace(state, panels=panels)
 
 
 def edit_path(services: Services, state: AppState, command: cmd.EditPath) -> AppState:
     """The path line holds another text."""
-    return replace(state, panels=replace(state.panels, dialog_path=command.text, dialog_note=""))
+    panels = state.panels
+    found = listed(panels.dialog, command.text, panels.dialog_list)
+    panels = replace(panels, dialog_path=command.text, dialog_note="", dialog_list=found)
+    return replace(state, panels=panels)
 
 
 def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
@@ -253,7 +259,22 @@ def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
     if state.film is not None and not (is_warned or state.film.is_cancelling):
         text = f"The {state.film.kind} is not ready yet. Close once more to give it up."
         return state.with_toast(text, button="Close", command=cmd.Close())
+    if is_missed(state) and not command.gives_up and state.panels.dialog != "making":
+        return replace(state, after=None, panels=replace(state.panels, dialog="making"))
+    state = without_dialog(state) if state.panels.dialog == "making" else state
     return settle(state, lambda settled: replace(settled, is_closing=True))
+
+
+def is_missed(state: AppState) -> bool:
+    """Whether a level that somebody asked for is still to come."""
+    job = state.job
+    is_asked_for = job is not None and job.kind == "level" and not (job.is_auto or job.is_cancelling)
+    return is_asked_for or state.goal is not None or bool(state.queue.goals)
+
+
+def follow_making(state: AppState) -> AppState:
+    """Takes the question about what is being made away once it is there; called every frame."""
+    return without_dialog(state) if state.panels.dialog == "making" and not is_missed(state) else state
 
 
 def without_dialog(state: AppState) -> AppState:

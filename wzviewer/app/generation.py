@@ -68,7 +68,7 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
     if state.job is not None and state.job.is_auto and _is_wanted(state.job, goal):
         return replace(state, job=replace(state.job, is_auto=False))
     if state.job is not None and state.job.is_auto:  # of auto detail: it makes room for what was asked for
-        services.client.cancel()
+        services.client.cancel(ev.PATIENT_S)
         job = replace(state.job, is_cancelling=True)
         return _taken(replace(state, job=job, goal=goal, is_goal_waiting=True), goal)
     if is_busy(state):
@@ -329,7 +329,9 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     if event.cancelled:
         waiting = len(state.queue.goals)
         more = f" {waiting} more wait: Esc again ends them." if waiting else ""
-        return state if state.next_path is not None else state.with_toast(f"Cancelled.{more}")
+        if state.next_path is not None or (job is not None and job.is_auto):
+            return state  # nobody waited for it: that its bar goes says enough
+        return state.with_toast(f"Cancelled.{more}")
     line = _sentence(event)
     if event.bad_input and len(state.scene):
         return replace(state, refusal=line)

@@ -41,7 +41,7 @@ def undo(services: Services, state: AppState, command: cmd.Undo) -> AppState:
             "A level is in the making. Esc cancels it." if is_making else "Nothing to undo."
         )
     state = _settled(services, _moved(state, state.history.at - 1))
-    return state.with_toast(f"Undone: {wording(entry)}.")
+    return state.with_toast(f"Undone: {wording(entry)}.", button="Redo", command=cmd.Redo())
 
 
 def redo(services: Services, state: AppState, command: cmd.Redo) -> AppState:
@@ -70,7 +70,7 @@ def _moved(state: AppState, at: int) -> AppState:
 
 def _settled(services: Services, state: AppState) -> AppState:
     """What a change entails: offers to undo the one before end, and so does work that nobody would miss."""
-    toasts = tuple(t for t in state.toasts if not isinstance(t.command, cmd.Undo))
+    toasts = tuple(t for t in state.toasts if not isinstance(t.command, cmd.Undo | cmd.Redo))
     # Auto detail must not bring back what was just taken away.
     state = replace(state, toasts=toasts, asked_for=state.view.camera)
     job = state.job

@@ -213,6 +213,8 @@ def _answer(state: AppState) -> list[cmd.Command]:
         return [cmd.Escape()]
     if state.panels.dialog == "drop" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
         return [cmd.SettleDrop("insert")]
+    if state.panels.dialog == "making" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
+        return [cmd.Escape()]
     if state.panels.dialog == "recover" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
         return [cmd.SettleRecovery("recover")]
     if state.panels.dialog == "unsaved" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):

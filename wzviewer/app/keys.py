@@ -128,7 +128,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("V", "Picture, levels, depth, coverage", "Panels", (K.v,), cmd.NextMode),
     Binding("F3", "Look behind, statistics", "Panels", (K.f3,), lambda: cmd.Toggle("statistics")),
     Binding(f"{MODIFIER} ,", "Settings", "Panels", (K.comma,), lambda: cmd.Toggle("settings"), True),
-    Binding("K", "Keep: picture, film, command", "Panels", (K.k,), lambda: cmd.Toggle("keep")),
+    Binding("K", "Save a picture or a film", "Panels", (K.k,), lambda: cmd.Toggle("keep")),
     Binding(f"{MODIFIER} K", "All commands by name", "Panels", (K.k,), cmd.OpenPalette, ctrl=True),
     Binding(f"{MODIFIER} Shift P", "All commands by name", "", (K.p,), cmd.OpenPalette, True, True),
     Binding("F12", "Log", "Panels", (K.f12,), cmd.ToggleLog),

@@ -3,6 +3,8 @@
 import os
 import time
 from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +25,7 @@ from wzviewer.app.pacing import SOFTWARE_TARGET_S, Pace, wait_s
 from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.timeline import foot_height
+from wzviewer.app.places import shows_photo
 from wzviewer.app.recents import NoRecents, RecentFolder, RecentStore
 from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
@@ -52,6 +55,7 @@ class App:
         store: where settings are kept; None keeps none.
         journal: where finished levels are kept until they are saved; None keeps none.
         recents: where the files opened lately are kept; None keeps none.
+        reopen: opens another window, of a size, once the graphics card has been reset; None ends then.
     """
 
     def __init__(
@@ -62,9 +66,11 @@ class App:
         store: Store | None = None,
         journal: Journal | None = None,
         recents: RecentStore | None = None,
+        *,
+        reopen: Callable[[tuple[int, int]], Window] | None = None,
     ) -> None:
         client.start()  # at once: it takes seconds until it is ready
-        self.window = window
+        self.window, self._reopen = window, reopen
         store = store or NoStore()
         settings, complaint = store.load()
         renderer = renderer or SceneDrawing(window.context, rasterizer=settings.rasterizer)
@@ -77,6 +83,7 @@ class App:
         self.state = ask_to_recover(self.services, self.state)
         self.pace = Pace(target_s=self.services.renderer.target_s)
         self.frame_s = 0.0  # what the last new picture took
+        self._painted: object = None  # the last picture
         self._times_ms: deque[float] = deque(maxlen=SHOWN_FRAMES)
         self._hand = Hand()
         self._thumbnails = Thumbnails(window.context)
@@ -99,6 +106,7 @@ class App:
         self._open_first()  # lines 1-3: E_0 <- ReconstructScene(I_0, C_0), C_render <- C_0
         count = 0
         while not self.state.is_closing and (frames is None or count < frames):  # lines 4, 5 and 9
+            self._renew()
             self._restyle()
             pulse = self.window.begin(self._wait_s())
             self._began_s = time.perf_counter()
@@ -133,6 +141,21 @@ class App:
         self.services.renderer.close()
         self.window.close()
 
+    def _renew(self) -> None:
+        """Opens another window where the graphics card was reset: only pictures are lost, and remade."""
+        if self._reopen is None or not self.window.is_lost:
+            return
+        size = self.window.size
+        for held in (self._thumbnails, self.services.renderer, self.window):
+            with suppress(Exception):  # what they held is gone already
+                held.close()
+        self.window = self._reopen(size)
+        rasterizer = self.state.settings.rasterizer
+        self.services = replace(self.services, renderer=SceneDrawing(self.window.context, None, rasterizer))
+        self._thumbnails, self._painted = Thumbnails(self.window.context), None
+        self._style, self._title = ("dark", self.window.scale), ""
+        self.state = self.state.with_toast("The graphics card was reset. Nothing is lost.")
+
     def _restyle(self) -> None:
         """Takes over theme and size of the text, as far as the window has room for it."""
         settings, width_px = self.state.settings, self.window.size_px
@@ -164,17 +187,18 @@ class App:
 
     def _paint(self, framebuffer: Any) -> None:  # noqa: ANN401 - a moderngl object
         """Draws the scene; a picture at rest is drawn once and kept."""
-        framebuffer.clear(*BACKGROUND)
         state = self.state
         width, height = self.window.size_px
         if not len(state.scene) or width <= 0 or height <= 0:
+            framebuffer.clear(*BACKGROUND)
             return
         began_s = time.perf_counter()
         self.services.renderer.sync(state.scene)
         fraction = self.pace.fraction(state.is_moving)
         picture = self.services.renderer.draw(state.view.camera, fraction, state.is_moving, state.look)
         picture.present_to(framebuffer, (0, 0, width, height))
-        if state.is_moving:
+        is_new, self._painted = picture is not self._painted, picture
+        if state.is_moving and is_new:  # the same one once more costs nothing, and says nothing
             on_cpu_s = time.perf_counter() - began_s  # a graphics card works on after that
             self.frame_s = max(on_cpu_s, self.services.renderer.gpu_s)
             self.pace = self.pace.measured(True, self.frame_s)
@@ -192,7 +216,7 @@ class App:
         size = imgui.get_io().display_size
         state, thumbnails = self.state, self._thumbnails
         shown: set[object] = {level.index for level in state.scene}
-        photo = thumbnails.of_photo(state.photo) if not len(state.scene) else None
+        photo = thumbnails.of_photo(state.photo) if shows_photo(state) else None
         backdrop = None if state.has_document else thumbnails.of_photo(self._start_picture(), "start")
         shown |= ({"photo"} if photo else set()) | ({"start"} if backdrop else set())
         is_starting = not state.has_document or state.panels.start
@@ -261,17 +285,18 @@ def run_app(
     """
     # Before the first kernel: threads that spin for each other keep the cores from frames and worker.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    window: Window = OffscreenWindow() if headless else GlfwWindow()
+    make = OffscreenWindow if headless else GlfwWindow
+    window: Window = make()
     kept: tuple[Any, ...] = ()
     if not headless:
         kept = (SettingsFile.of_user(), JournalFolder.of_user(), RecentFolder.of_user())
-    app = App(window, WorkerClient(synthesizer, yields=True), None, *kept)
+    app = App(window, WorkerClient(synthesizer, yields=True), None, *kept, reopen=make)
     if not headless:
         app.services.log.attach()
     try:
         app.run(path, frames)
         if screenshot is not None:
             with whole_file(screenshot) as file:
-                file.write(encode_png(window.read_pixels()))
+                file.write(encode_png(app.window.read_pixels()))
     finally:
         app.close()

@@ -18,3 +18,11 @@ def level_here(state: AppState) -> int:
         if z > 0 and 0 <= x <= camera.width and 0 <= y <= camera.height:
             return index
     return 0
+
+
+def shows_photo(state: AppState) -> bool:
+    """Whether the flat photo is shown: previews of E_0 are half as sharp, and no use until one turns."""
+    if state.photo is None or not len(state.scene):
+        return state.photo is not None
+    poses = (state.view.camera.camera_from_world, state.view.home.camera_from_world)
+    return not state.scene.is_committed(0) and bool((poses[0] == poses[1]).all())

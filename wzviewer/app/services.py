@@ -17,7 +17,7 @@ from wzviewer.app.settings import NoStore, Store
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray
-from wzviewer.worker.client import Event
+from wzviewer.worker.client import CANCEL_GRACE_S, Event
 
 PLAIN = Look()
 
@@ -49,8 +49,8 @@ class Client(Protocol):
         """Asks for a further level, perhaps with a picture (h, w, 4) put into it."""
         ...
 
-    def cancel(self) -> None:
-        """Stops the running request."""
+    def cancel(self, grace_s: float = CANCEL_GRACE_S) -> None:
+        """Stops the running request; a worker that does not hear of it within a time is replaced."""
 
     def poll(self, budget_s: float = 0.002) -> list[Event]:
         """Returns what happened."""

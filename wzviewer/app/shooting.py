@@ -9,10 +9,11 @@ from wzviewer.app.state import AppState
 from wzviewer.commands import cameras, films
 from wzviewer.config import parse_size
 from wzviewer.core.camera import Camera
+from wzviewer.core.foreground import turning_point
 from wzviewer.core.keyframes import KeyTrack
 from wzviewer.errors import InputError
 
-NO_KEYS = "The timeline has no two keys yet: L shows it, I adds the view."
+NO_KEYS = "The timeline needs two keys: L shows it, I adds this view."
 
 
 def set_plan(services: Services, state: AppState, command: cmd.SetPlan) -> AppState:
@@ -87,7 +88,8 @@ def planned_film(state: AppState) -> list[Camera]:
     if plan.source == "keys":
         return KeyTrack(state.timeline.path.lasting(seconds), size).cameras(plan.fps)
     if plan.source == "orbit":
-        return cameras.swing(view.camera.resized(*size), view.focus, plan.orbit_deg, plan.fps, seconds)
+        pivot = turning_point(state.scene, view.camera, view.focus)
+        return cameras.swing(view.camera.resized(*size), pivot, plan.orbit_deg, plan.fps, seconds)
     return film_cameras(view.home, view.camera, view.focus, size, plan.fps, seconds)
 
 

@@ -13,6 +13,7 @@ from wzviewer.app.changes import History
 from wzviewer.app.commands.base import Command
 from wzviewer.app.errands import Errand
 from wzviewer.app.journal import Leftover
+from wzviewer.app.listing import Listing
 from wzviewer.app.look import Look
 from wzviewer.app.overlays import LogView, PaletteView
 from wzviewer.app.plan import KeepPlan
@@ -32,7 +33,7 @@ from wzviewer.core.vocabulary import Offer, Reading, Vocabulary, starters
 ToastKind = Literal["info", "done", "error"]
 DragKind = Literal["orbit", "pan"]
 DialogKind = Literal[
-    "open", "save", "picture", "film", "open path", "save path", "unsaved", "recover", "drop", ""
+    "open", "save", "picture", "film", "open path", "save path", "unsaved", "recover", "drop", "making", ""
 ]
 COVER_LIMIT = 1.2  # how much larger than "all of it fits" a photo may be, to fill the window
 TOAST_S = {"info": 5.0, "done": 4.0, "error": 12.0}
@@ -216,6 +217,7 @@ class Panels:
     timeline: bool = False
     dialog: DialogKind = ""
     dialog_path: str = ""
+    dialog_list: Listing | None = None
     dialog_note: str = ""  # why the path was not taken, or what happens if it is given once more
     prompt_focus: int = 0  # frames until the prompt line, which was asked for, has the cursor
 

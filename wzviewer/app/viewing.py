@@ -4,19 +4,17 @@ import math
 from dataclasses import replace
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.picking import depth_on_relief, world_point
+from wzviewer.app.picking import world_point
 from wzviewer.app.places import level_here
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Drag, View, fitted
 from wzviewer.core import navigation
 from wzviewer.core.camera import Camera
+from wzviewer.core.foreground import BACKDROP, foreground_depth, is_sky
 from wzviewer.core.navigation import Flight, ZoomSpring
-from wzviewer.core.scene import Scene
 from wzviewer.core.types import DoubleArray
 
 ORBIT_RAD = math.radians(70.0)  # a drag across the width of the window
-BACKDROP = 2.0  # so much farther than the middle of the view is behind what one looks at
-GRID = 8  # places along a side of the view where its foreground is looked for
 CLICK_FACTOR = 2.83  # double click: half a level
 OUT_LIMIT = 0.25  # smallest magnification
 FLY_DEPTH = 3.0  # world units; at the pace of the sky one would be below the ground in a tenth of a second
@@ -81,25 +79,9 @@ def _near_depth(services: Services, state: AppState, pivot: DoubleArray) -> floa
     if view.focused is not camera:
         middle = point_at(services, state, camera.width / 2, camera.height / 2)
     near = float(camera.to_camera(middle)[2])
-    if _is_sky(state.scene, pivot):  # and so may be the middle
-        near = min(near, _foreground_depth(state.scene, camera))
+    if is_sky(state.scene, pivot):  # and so may be the middle
+        near = min(near, foreground_depth(state.scene, camera))
     return near
-
-
-def _is_sky(scene: Scene, point: DoubleArray) -> bool:
-    """Whether the photo shows sky in the direction of a point."""
-    if not len(scene) or (sky := scene[0].maps.get("sky")) is None:
-        return False
-    x, y, z = scene[0].camera.project(point)
-    return bool(z > 0 and 0 <= x < sky.shape[1] and 0 <= y < sky.shape[0] and sky[int(y), int(x)])
-
-
-def _foreground_depth(scene: Scene, camera: Camera) -> float:
-    """Returns the depth that a tenth of the view lies before, by its levels' reliefs; inf if unknown."""
-    places = [((i + 0.5) / GRID, (j + 0.5) / GRID) for i in range(GRID) for j in range(GRID)]
-    found = [depth_on_relief(scene, camera, x * camera.width, y * camera.height) for x, y in places]
-    known = sorted(depth for depth in found if depth is not None and depth > 0)
-    return known[len(known) // 10] if known else math.inf
 
 
 def drag_to(services: Services, state: AppState, command: cmd.DragTo) -> AppState:

@@ -68,6 +68,16 @@ class Window(Protocol):
         """Width and height of the framebuffer, px; 0 while minimised."""
         ...
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in the units that a window is opened with."""
+        ...
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the graphics card was reset: all that OpenGL held is gone."""
+        ...
+
     def begin(self, wait_s: float) -> Pulse:
         """Waits at most so long for input, and begins an imgui frame."""
         ...
@@ -108,6 +118,16 @@ def _read(framebuffer: Any, size_px: tuple[int, int]) -> ByteArray:  # noqa: ANN
     return np.ascontiguousarray(np.frombuffer(data, np.uint8).reshape(size_px[1], size_px[0], 3)[::-1])
 
 
+def _reset_status_of(context: GlContext) -> Callable[[], int] | None:
+    """Returns the function of OpenGL that tells of a reset (0: none), or None where there is none."""
+    if context.load is None:
+        return None
+    names = ("glGetGraphicsResetStatus", "glGetGraphicsResetStatusARB", "glGetGraphicsResetStatusKHR")
+    address = next((a for name in names if (a := context.load(name))), 0)
+    prototype = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
+    return prototype(ctypes.c_uint)(address) if address else None
+
+
 class OffscreenWindow:
     """No window at all: EGL, a texture, and imgui's input only as a test pushes it.
 
@@ -121,7 +141,7 @@ class OffscreenWindow:
         self, size_px: tuple[int, int] = START_SIZE, step_s: float = 1 / 60, scale: float = 1.0
     ) -> None:
         self.context = create_context("egl")
-        self.scale, self._step_s = scale, step_s
+        self.scale, self._step_s, self.is_lost = scale, step_s, False
         self._dropped: tuple[Path, ...] = ()
         self._size_px = size_px
         self._framebuffer = self.context.ctx.simple_framebuffer(size_px, 3)
@@ -142,6 +162,11 @@ class OffscreenWindow:
     @property
     def size_px(self) -> tuple[int, int]:
         """Width and height of the framebuffer, px."""
+        return self._size_px
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height."""
         return self._size_px
 
     def resize(self, width: int, height: int) -> None:
@@ -204,6 +229,7 @@ class GlfwWindow:
             self._window = self._open(size)
         self.context = create_context("window")
         self._screen = self.context.ctx.screen
+        self._reset_status = _reset_status_of(self.context)
         self._dropped: list[Path] = []
         self._io = _new_imgui()
         self.scale = self._imgui_scale()
@@ -229,11 +255,15 @@ class GlfwWindow:
         glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
         glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)  # macOS gives 3.3 on no other terms
         glfw.window_hint(glfw.SCALE_TO_MONITOR, glfw.TRUE)
+        glfw.window_hint(glfw.CONTEXT_ROBUSTNESS, glfw.LOSE_CONTEXT_ON_RESET)  # and it says so
         window = None
         for version in GL_VERSIONS:
             glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, version // 100)
             glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, version // 10 % 10)
             window = window or glfw.create_window(*size, TITLE, None, None)
+        if not window:  # a driver that takes no such hint
+            glfw.window_hint(glfw.CONTEXT_ROBUSTNESS, glfw.NO_ROBUSTNESS)
+            window = glfw.create_window(*size, TITLE, None, None)
         if not window:
             glfw.terminate()
             raise ContextError("window", "no OpenGL 3.3", "Update the graphics driver")
@@ -270,6 +300,17 @@ class GlfwWindow:
             self._fresh.add(name)
 
     @property
+    def is_lost(self) -> bool:
+        """Whether the graphics card was reset: all that OpenGL held is gone."""
+        return self._reset_status is not None and self._reset_status() != 0
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in the units that a window is opened with."""
+        width, height = self._glfw.get_window_size(self._window)
+        return int(width), int(height)
+
+    @property
     def modifiers(self) -> Modifiers:
         """What was held at the last press of each key."""
         return self._modifiers
@@ -289,9 +330,12 @@ class GlfwWindow:
         return int(width), int(height)
 
     def begin(self, wait_s: float) -> Pulse:
-        """Waits at most so long for input, and begins an imgui frame."""
+        """Waits at most so long for input, and begins an imgui frame.
+
+        Of keys that came at once imgui takes one a frame; while some wait, so does nobody else.
+        """
         self._fresh.clear()
-        if wait_s > 0:
+        if wait_s > 0 and not imgui.get_current_context().input_events_queue.size():
             self._glfw.wait_events_timeout(wait_s)
         else:
             self._glfw.poll_events()

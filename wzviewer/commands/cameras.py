@@ -7,6 +7,7 @@ import numpy as np
 
 from wzviewer.core import navigation
 from wzviewer.core.camera import Camera
+from wzviewer.core.foreground import turning_point
 from wzviewer.core.keyframes import KeyTrack
 from wzviewer.core.path_files import MAX_FRAMES, PathFile
 from wzviewer.core.records import camera_from_json
@@ -35,7 +36,7 @@ def level_index(scene: Scene, level: int | None) -> int:
 
 
 def camera_of(scene: Scene, level: int, magnify: float = 1.0, orbit_deg: float = 0.0) -> Camera:
-    """C_K, magnified about its centre and turned about the anchor of its level.
+    """C_K, magnified about its centre and turned about the anchor of its level (see `turning_point`).
 
     Raises:
         InputError: when the magnification or the angle is out of range.
@@ -46,7 +47,7 @@ def camera_of(scene: Scene, level: int, magnify: float = 1.0, orbit_deg: float =
         raise InputError(f"--orbit {orbit_deg:g}", "must be between -180 and 180 degrees")
     camera = scene[level].camera
     camera = camera.zoomed(camera.width / 2, camera.height / 2, magnify)
-    return orbited(camera, scene[level].frame.origin, orbit_deg)
+    return orbited(camera, turning_point(scene, camera, scene[level].frame.origin), orbit_deg)
 
 
 def orbited(camera: Camera, pivot: DoubleArray, yaw_deg: float) -> Camera:
@@ -89,7 +90,9 @@ def orbit_path(
     duration_s: float = ORBIT_SECONDS,
 ) -> list[Camera]:
     """A gentle swing to both sides of C_K and back."""
-    return swing(camera_of(scene, level, magnify), scene[level].frame.origin, angle_deg, fps, duration_s)
+    camera = camera_of(scene, level, magnify)
+    pivot = turning_point(scene, camera, scene[level].frame.origin)
+    return swing(camera, pivot, angle_deg, fps, duration_s)
 
 
 def swing(

@@ -8,7 +8,7 @@
        │
     surfels ─ lift                g = {p, q, s, o, c, s_native}           (float32, level-local)
        │
-    scene                         the append-only log of levels E_0..E_n
+    scene ─ foreground            the append-only log of levels E_0..E_n; what a view turns about
        │
     reference   messages   files  render by definition / wire / disk
 """

@@ -25,5 +25,6 @@
 
     context     window | EGL | OSMesa             surfel_buffer, records   32 bytes a surfel on the GPU
     shader      files -> programs                 blocks                   a row of texels per level
-    targets     textures that are drawn into         timing                   what the GPU takes
+    targets     textures that are drawn into      timing                   what the GPU takes
+    blit        pictures in memory, copied        tiles                    pictures of any size
 """

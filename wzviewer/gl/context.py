@@ -39,12 +39,14 @@ class GlContext:
         ctx: the `moderngl.Context`.
         kind: ``egl``, ``osmesa`` or ``window``.
         renderer_name: what the driver calls itself, such as ``llvmpipe (LLVM 15.0.6, 256 bits)``.
+        load: gives the address of an OpenGL function by its name; None where that cannot be had.
     """
 
     ctx: Any
     kind: str
     renderer_name: str
     _close: Callable[[], None]
+    load: Callable[[str], int] | None = None
 
     @property
     def is_software(self) -> bool:
@@ -96,8 +98,13 @@ def _install_hint(packages: str) -> str:
     return f"Install {packages}" if sys.platform == "linux" else "Install a graphics driver with OpenGL 3.3"
 
 
-def _adopt(ctx: moderngl.Context, kind: str, close: Callable[[], None]) -> GlContext:
-    return GlContext(ctx, kind, str(ctx.info["GL_RENDERER"]), close)
+def _adopt(
+    ctx: moderngl.Context,
+    kind: str,
+    close: Callable[[], None],
+    load: Callable[[str], int] | None = None,
+) -> GlContext:
+    return GlContext(ctx, kind, str(ctx.info["GL_RENDERER"]), close, load)
 
 
 def _egl_context(device_index: int | None) -> GlContext:
@@ -112,7 +119,7 @@ def _egl_context(device_index: int | None) -> GlContext:
         except Exception as error:  # glcontext raises bare Exception
             failure = error
             continue
-        return _adopt(ctx, "egl", ctx.release)
+        return _adopt(ctx, "egl", ctx.release, _egl_loader() if sys.platform == "linux" else None)
     raise ContextError("EGL", str(failure), _install_hint("libegl1 and libgl1-mesa-dri")) from failure
 
 
@@ -121,13 +128,22 @@ def _library(name: str) -> str:
     return ctypes.util.find_library(name) or f"lib{name}.so.1"
 
 
+def _egl_loader() -> Callable[[str], int] | None:
+    try:
+        find = ctypes.CDLL(_library("EGL")).eglGetProcAddress
+    except (OSError, AttributeError):
+        return None
+    find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    return lambda name: find(name.encode()) or 0
+
+
 def _window_context() -> GlContext:
     try:
         ctx = moderngl.create_context(require=GL_VERSION)
     except Exception as error:
         hint = "Update the graphics driver, or render headless with --context egl"
         raise ContextError("window", str(error), hint) from error
-    return _adopt(ctx, "window", lambda: None)
+    return _adopt(ctx, "window", lambda: None, _GlfwLoader(import_glfw(), None).load_opengl_function)
 
 
 class _GlfwLoader:

@@ -135,9 +135,16 @@ class MedianMap:
 class Picture(Protocol):
     """Where a rasteriser left its picture."""
 
-    def shown(self, background: Rgba, closed_coverage: float) -> tuple[moderngl.Texture, Rgba, float]:
-        """A texture, first row = top of the image, with what `Presenter.draw` is still to do to it."""
-        ...
+    def present(
+        self,
+        presenter: Presenter,
+        framebuffer: moderngl.Framebuffer,
+        background: Rgba,
+        closed_coverage: float,
+        viewport: Viewport | None,
+        smooth: bool,
+    ) -> None:
+        """Draws it over a background into a framebuffer; arguments as of `Presenter.draw`."""
 
     def read(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""
@@ -177,8 +184,7 @@ class Frame:
         """Draws the frame over its background into a framebuffer (see `Presenter.draw`)."""
         if self.picture is not None:
             look = (self.settings.background, self.settings.closed_coverage)
-            texture, behind, closed = self.picture.shown(*look)
-            self._presenter.draw(texture, framebuffer, behind, closed, viewport, smooth)
+            self.picture.present(self._presenter, framebuffer, *look, viewport, smooth)
 
     def read_color(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""

@@ -196,7 +196,7 @@ class SurfelRenderer:
 
     def _choose(self, patient: bool) -> ShaderRasterizer | SoftwareRasterizer:
         if self._kernels is not None and self._kernels.are_ready(None if patient else 0.0):
-            return SoftwareRasterizer(self.context.ctx, self._kernels)
+            return SoftwareRasterizer(self.context, self._kernels)
         return ShaderRasterizer(self.context.ctx, self.context.is_software, self._gpu_order)
 
     def _use(self, rasterizer: ShaderRasterizer | SoftwareRasterizer) -> None:
@@ -208,7 +208,7 @@ class SurfelRenderer:
         if self._kernels is None or not self._kernels.are_ready():
             return False
         self._rasterizer.release()
-        self._use(SoftwareRasterizer(self.context.ctx, self._kernels))
+        self._use(SoftwareRasterizer(self.context, self._kernels))
         self._selected = self._ordered = None
         return True
 

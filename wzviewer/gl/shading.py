@@ -17,7 +17,7 @@ from wzviewer.gl.compute import ComputeOrder, GpuOrder, SurfelCull
 from wzviewer.gl.draw import Segment, SurfelDraw, Variant
 from wzviewer.gl.frame import DrawCost, RenderSettings
 from wzviewer.gl.median import MedianPass
-from wzviewer.gl.present import Presenter, Rgba
+from wzviewer.gl.present import Presenter, Rgba, Viewport
 from wzviewer.gl.surfel_buffer import SurfelBuffer
 from wzviewer.gl.targets import Target
 from wzviewer.gl.visible import Ordered, Selection
@@ -36,9 +36,17 @@ class GpuPicture:
 
     texture: moderngl.Texture
 
-    def shown(self, background: Rgba, closed_coverage: float) -> tuple[moderngl.Texture, Rgba, float]:
-        """The texture, to be composited."""
-        return self.texture, background, closed_coverage
+    def present(
+        self,
+        presenter: Presenter,
+        framebuffer: moderngl.Framebuffer,
+        background: Rgba,
+        closed_coverage: float,
+        viewport: Viewport | None,
+        smooth: bool,
+    ) -> None:
+        """Draws it over a background into a framebuffer; arguments as of `Presenter.draw`."""
+        presenter.draw(self.texture, framebuffer, background, closed_coverage, viewport, smooth)
 
     def read(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""

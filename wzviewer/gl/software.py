@@ -17,9 +17,11 @@ import numpy as np
 from wzviewer.core.camera import Camera
 from wzviewer.core.reference import depth_row
 from wzviewer.core.types import ByteArray, FloatArray, IntArray
+from wzviewer.gl.blit import Blit
+from wzviewer.gl.context import GlContext
 from wzviewer.gl.frame import DrawCost, RenderSettings
 from wzviewer.gl.pages import Pages
-from wzviewer.gl.present import Presenter, Rgba
+from wzviewer.gl.present import Presenter, Rgba, Viewport
 from wzviewer.gl.targets import Target
 from wzviewer.gl.visible import Selection
 
@@ -28,20 +30,61 @@ TRANSPARENT: Rgba = (0.0, 0.0, 0.0, 0.0)
 
 
 class HostPicture:
-    """A picture in memory; it becomes a texture when a window wants to show it."""
+    """A picture in memory; it becomes a texture when a window wants to show it.
 
-    def __init__(self, planes: Any, size: tuple[int, int], target: Target, kernels: Any) -> None:  # noqa: ANN401
-        self._planes, self._size, self._target, self._kernels = planes, size, target, kernels
-        self._look: tuple[Rgba, float] | None = None  # of the texture
+    Args:
+        planes: `kernels.splatting.Planes`.
+        size: width and height, px.
+        target: of pictures that a quad shows.
+        kernels: the module `kernels.presenting`.
+        blit: shows pictures that fill a framebuffer; None lets quads do it.
+    """
 
-    def shown(self, background: Rgba, closed_coverage: float) -> tuple[moderngl.Texture, Rgba, float]:
-        """A texture that is composited already: bytes are a quarter of the upload."""
-        look = (background, closed_coverage)
-        if self._look != look:
+    def __init__(
+        self,
+        planes: Any,  # noqa: ANN401 - of a package that is imported late
+        size: tuple[int, int],
+        target: Target,
+        kernels: Any,  # noqa: ANN401
+        blit: Blit | None = None,
+    ) -> None:
+        self._planes, self._size, self._target = planes, size, target
+        self._kernels, self._blit = kernels, blit
+        self._shown: tuple[object, ...] = ()  # what the texture holds
+
+    def present(
+        self,
+        presenter: Presenter,
+        framebuffer: moderngl.Framebuffer,
+        background: Rgba,
+        closed_coverage: float,
+        viewport: Viewport | None,
+        smooth: bool,
+    ) -> None:
+        """Draws it over a background into a framebuffer; arguments as of `Presenter.draw`."""
+        x_px, y_px, width, height = viewport or (0, 0, *framebuffer.size)
+        size = (width, height)
+        if self._blit is not None and (smooth or size == self._size):
+            is_window = framebuffer.glo == 0
+            if self._is_new(background, closed_coverage, size, is_window):
+                picture = self._composited(background, closed_coverage)
+                self._blit.upload(self._fitted(picture, size, is_window), is_window)
+            self._blit.draw(framebuffer, x_px, y_px)
+            return
+        if self._is_new(background, closed_coverage):
             self._target.resize(*self._size)
-            self._target.texture.write(self._composited(*look).tobytes(), alignment=1)
-            self._look = look
-        return self._target.texture, TRANSPARENT, 1.0
+            self._target.texture.write(self._composited(background, closed_coverage), alignment=1)
+        presenter.draw(self._target.texture, framebuffer, TRANSPARENT, 1.0, viewport, smooth)
+
+    def _fitted(self, picture: ByteArray, size: tuple[int, int], is_window: bool) -> ByteArray:
+        """Enlarged here, in the order of rows and channels that OpenGL has only to copy."""
+        fitted = np.empty((size[1], size[0], 4), np.uint8)
+        self._kernels.fit(_pixels(picture), _pixels(fitted), not is_window, is_window)
+        return fitted
+
+    def _is_new(self, *shown: object) -> bool:
+        before, self._shown = self._shown, shown
+        return before != shown
 
     def read(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""
@@ -60,6 +103,10 @@ class HostPicture:
         behind = np.array(background, np.float32)
         self._kernels.present(self._planes.color, self._planes.through, behind, closed_coverage, out)
         return out
+
+
+def _pixels(picture: ByteArray) -> Any:  # noqa: ANN401 - (h, w) uint32
+    return picture.view(np.uint32)[..., 0]
 
 
 class Kernels:
@@ -117,16 +164,18 @@ class SoftwareRasterizer:
     name = "kernels"
     point_limit_px = float("inf")
 
-    def __init__(self, ctx: moderngl.Context, kernels: Kernels) -> None:
+    def __init__(self, context: GlContext, kernels: Kernels) -> None:
         self.pages = Pages()
         self._kernels = kernels
         self._splatter = kernels.splatter()
-        self._target = Target(ctx, 4, "f1")
+        self._target = Target(context.ctx, 4, "f1")
+        self._blit = Blit.of(context)
 
     @property
     def num_bytes(self) -> int:
         """Memory of the frame's arrays and of the texture, bytes."""
-        return int(self._splatter.num_bytes) + self._target.num_bytes
+        blitted = 0 if self._blit is None else self._blit.num_bytes
+        return int(self._splatter.num_bytes) + self._target.num_bytes + blitted
 
     def draw(
         self, selection: Selection, camera: Camera, settings: RenderSettings
@@ -149,7 +198,7 @@ class SoftwareRasterizer:
         drawn = time.perf_counter()
         draw_ms = 1e3 * (drawn - sorted_at + projected - began)
         cost = DrawCost(splatter.num_drawn, 1e3 * (sorted_at - projected), draw_ms, self.name)
-        return HostPicture(planes, size, self._target, self._kernels.presenting), cost
+        return HostPicture(planes, size, self._target, self._kernels.presenting, self._blit), cost
 
     def median_places(self) -> IntArray:
         """Place in the selection's runs where transmittance crosses 1/2, (h, w); -1 where nowhere."""
@@ -159,3 +208,5 @@ class SoftwareRasterizer:
         """Frees everything."""
         self.pages.release()
         self._target.release()
+        if self._blit is not None:
+            self._blit.release()

@@ -206,3 +206,5 @@ def warm_up() -> None:
     presenting.present(
         planes.color, planes.through, np.zeros(4, np.float32), 1.0, np.empty((8, 8, 4), np.uint8)
     )
+    small, large = np.zeros((4, 4), np.uint32), np.empty((8, 8), np.uint32)
+    presenting.fit(small, large, False, True)

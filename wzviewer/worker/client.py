@@ -24,6 +24,7 @@ from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.transport import Arrays, Channel, TransportError, make_memory
 
 CANCEL_GRACE_S = 0.7  # then the worker is killed; the contract says one second in all
+PATIENT_S = 6.0  # the same where another request waits for the worker: a fresh one takes longer
 HEARTBEAT_LIMIT_S = 30.0  # without a sign of life the worker counts as hung
 START_LIMIT_S = 180.0  # a slow disk, a busy machine: importing takes its time
 LONGEST_GAP_S = 1.0  # between two polls, that counts: a laptop that slept stopped both sides
@@ -116,6 +117,7 @@ class WorkerClient:
         self._next_request = 1
         self._assembly: LevelAssembly | None = None
         self._cancelled_at: float | None = None
+        self._grace_s = CANCEL_GRACE_S
         self.request_id = 0  # of the running request; 0 when idle
         self.ready = False
         self._process: Any = None
@@ -222,10 +224,16 @@ class WorkerClient:
         self._cancelled_at = None
         return self.request_id
 
-    def cancel(self) -> None:
-        """Cancels the running request; `LevelDropped` follows within a second."""
+    def cancel(self, grace_s: float = CANCEL_GRACE_S) -> None:
+        """Cancels the running request; `LevelDropped` follows within a second.
+
+        Args:
+            grace_s: how long the worker has to stop by itself.  Then it is killed, and the next request
+                waits until another one has read its models: where nobody waits for the cancel itself,
+                more of it is quicker.
+        """
         if self.is_busy and self._cancelled_at is None:
-            self._cancelled_at = time.perf_counter()
+            self._cancelled_at, self._grace_s = time.perf_counter(), grace_s
             self._send(m.Cancel(self.request_id))
 
     def poll(self, budget_s: float = 0.002) -> list[Event]:
@@ -313,7 +321,7 @@ class WorkerClient:
         self._silence_s += min(now - self._polled_s, LONGEST_GAP_S)
         self._polled_s = now
         limit_s = HEARTBEAT_LIMIT_S if self.ready else START_LIMIT_S
-        if self._cancelled_at is not None and self.is_busy and now - self._cancelled_at > CANCEL_GRACE_S:
+        if self._cancelled_at is not None and self.is_busy and now - self._cancelled_at > self._grace_s:
             self._replace_worker("did not answer the cancel in time", is_after_cancel=True)
         elif not self._process.is_alive():
             self._replace_worker(self._reason(None))

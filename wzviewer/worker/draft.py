@@ -14,10 +14,8 @@ from wzviewer.core.reference import Blend
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.worker.in_view import surfels_in_view
 from wzviewer.worker.rasterize import LevelPart
-
-REACH_SIGMAS = 3.5  # of a surfel seen face on; those of a coarse level reach hundreds of pixels
-FRAME_MARGIN_PX = 8.0  # more, for the low-pass and for what perspective stretches
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,14 +73,7 @@ def visible_parts(path: Sequence[Level], camera: Camera, blend: Blend = "transmi
 def _visible_part(path: Sequence[Level], position: int, camera: Camera, blend: Blend) -> LevelPart:
     level = path[position]
     view = AnchoredView.expand(camera, level.frame)
-    means = level.surfels.means
-    with np.errstate(all="ignore"):
-        points_px = view.project(means)
-        reach_px = REACH_SIGMAS * level.surfels.scales.max(1) / np.exp2(view.log_scale(means))
-        margin_px = FRAME_MARGIN_PX + reach_px[:, None]
-        near = (points_px > -margin_px) & (points_px < margin_px + np.array([camera.width, camera.height]))
-        index = np.flatnonzero(near.all(1))
-    surfels = level.surfels.take(index)
+    surfels = level.surfels.take(surfels_in_view(level.surfels, view, camera))
     modulation = path_modulation(path, position)
     arrays = (surfels.means, surfels.native_scales, surfels.coverage)
     weight = weights(*arrays, view, modulation, blend == "transmittance")

@@ -15,8 +15,7 @@ from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.draft import Draft, visible_parts
 from wzviewer.worker.rasterize import LevelPart
 
-SLACK_COARSE_PX = 3.0  # of the coarser level: nearer to what is seen there is the seen surface itself
-SLACK_PX = 2.0  # behind the new level's own surface
+SLACK_COARSE_PX = 3.0  # of the coarser level: nearer to what is seen is the seen surface itself
 WINDOW = 3  # pixels among which the farthest counts
 
 
@@ -33,23 +32,27 @@ def hidden_surfels(draft: Draft, observed: FloatArray) -> Surfels:
     """
     coarse_px = draft.camera.width / observed.shape[1]
     seen = np.where(np.isfinite(observed), observed, np.float32(np.inf))
-    fronts = ((seen, SLACK_COARSE_PX * coarse_px), (draft.relief, SLACK_PX))
+    slack = SLACK_COARSE_PX * coarse_px
     parts = (
-        _behind(part, draft.camera, draft.frame, fronts) for part in visible_parts(draft.path, draft.camera)
+        _behind(part, draft.camera, draft.frame, (seen, draft.relief), slack)
+        for part in visible_parts(draft.path, draft.camera)
     )
     return Surfels.concatenate([part for part in parts if len(part)])
 
 
 def _behind(
-    part: LevelPart, camera: Camera, frame: LevelFrame, fronts: tuple[tuple[FloatArray, float], ...]
+    part: LevelPart, camera: Camera, frame: LevelFrame, fronts: tuple[FloatArray, ...], slack: float
 ) -> Surfels:
-    """Those of a level that are in view and farther than every front by its slack."""
+    """Those of a level that are in view and farther than every front by the slack.
+
+    A coarse surfel just behind a slope of the new level would stick out of it beside its middle.
+    """
     surfels = part.surfels.moved(part.frame, frame)
     view = AnchoredView.expand(camera, frame)
     size = np.array([camera.width, camera.height], np.float32)
     share = (view.project(surfels.means) / size).astype(np.float32)
     kept = np.flatnonzero(np.all((share >= 0.0) & (share < 1.0), axis=1))
-    for relief, slack in fronts:
+    for relief in fronts:
         kept = kept[_is_behind(surfels.means[kept, 2], share[kept], relief, slack)]
     hidden = surfels.take(kept)
     return hidden.with_(native_scales=np.exp2(view.log_scale(hidden.means)))

@@ -13,11 +13,13 @@ from wzviewer.worker.inherited import hidden_surfels
 from wzviewer.worker.levels import finite_relief, layer_surfels, sky_of
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.models.builtin.views.layers import Layer
+from wzviewer.worker.rasterize import LevelPart, render
 from wzviewer.worker.stages.stage2_depth_registration import register
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
 from wzviewer.worker.stages.stage5_optimization import ROOT_STEPS, STEPS, TargetView, optimize
 
+COVERED = 0.6  # of a pixel by hidden surfels, for its colour to be known
 FRINGE_PX = 9  # around an object: its outline is mixed with what is behind
 
 Check = Callable[[], None]
@@ -66,7 +68,26 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
     draft = replace(draft, relief=views.relief, layers=before_objects(draft, views.layers), extra=extra)
     if not draft.path:
         return draft
-    return replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
+    draft = replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
+    return replace(draft, layers=behind_redrawn(draft))
+
+
+def behind_redrawn(draft: Draft) -> tuple[Layer, ...]:
+    """Returns a draft's layers that show, behind objects drawn again, what coarser levels have behind them.
+
+    They kept there the picture before the object (`before_objects`); the search for exemplars would not.
+    """
+    objects = draft.extra.get("redrawn_objects")
+    if objects is None or not len(draft.hidden) or not draft.layers:
+        return draft.layers
+    h, w = draft.extra["observation"].relief.shape
+    seen = render([LevelPart.of(draft.hidden, draft.frame)], draft.camera.resampled(w, h), depth=False)
+    color = seen.color / np.maximum(seen.coverage, COVERED)[..., None]
+    size = (draft.camera.width, draft.camera.height)
+    image = np.clip(cv2.resize(color, size, interpolation=cv2.INTER_CUBIC), 0, 1).astype(np.float32)
+    covered = cv2.resize(seen.coverage, size, interpolation=cv2.INTER_LINEAR) >= COVERED
+    inside = cv2.dilate(objects.astype(np.uint8), np.ones((FRINGE_PX, FRINGE_PX), np.uint8)) > 0
+    return tuple(_painted(layer, image, inside & covered) for layer in draft.layers)
 
 
 def before_objects(draft: Draft, layers: tuple[Layer, ...]) -> tuple[Layer, ...]:

@@ -12,6 +12,7 @@ This module imports no torch and runs on both sides.
 """
 
 import math
+import sys
 import threading
 import time
 import zlib
@@ -28,10 +29,11 @@ from numpy.typing import NDArray
 from wzviewer.core.messages import Json, Message, decode, encode, from_bytes, to_bytes
 from wzviewer.core.types import ByteArray
 
-SLOT_BYTES = 4 << 20
-NUM_SLOTS = 8  # each way
+SLOT_BYTES = 1 << 20
+NUM_SLOTS = 32  # each way: the arrays of a few chunks, so that a frame finds more than one waiting
 MAX_ARRAY_BYTES = 4 << 30  # of one message
 ALLOWED_KINDS = "fiub"
+UNTOLD = "ignore::UserWarning:multiprocessing.resource_tracker"
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -210,5 +212,22 @@ def _bytes_of(memory: SharedMemory) -> ByteArray:
 
 def make_memory() -> tuple[SharedMemory, SharedMemory]:
     """Allocates the slots of both directions; the app owns and unlinks them."""
+    _start_tracker()
     size = NUM_SLOTS * SLOT_BYTES
     return SharedMemory(create=True, size=size), SharedMemory(create=True, size=size)
+
+
+def _start_tracker() -> None:
+    """Starts Python's tracker, which frees the slots of an app that was killed, without its warning.
+
+    It takes warning options from this process as it starts.
+    """
+    if sys.platform == "win32":  # there memory goes with its last user
+        return
+    from multiprocessing import resource_tracker
+
+    sys.warnoptions.append(UNTOLD)
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        sys.warnoptions.remove(UNTOLD)

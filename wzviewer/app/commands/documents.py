@@ -66,7 +66,13 @@ class SaveTo(Command):
 
 @dataclass(frozen=True)
 class Close(Command):
-    """Close the window; asks about unsaved changes."""
+    """Close the window; asks about unsaved changes, and about what is being made.
+
+    Attributes:
+        gives_up: what is being made, which has been asked about.
+    """
+
+    gives_up: bool = False
 
 
 @dataclass(frozen=True)

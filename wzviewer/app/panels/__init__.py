@@ -17,7 +17,7 @@
     start     instead of all, while there is no document; with recents; over one on request
     notices   where the toasts stand, and above them the film in the making
     hint      over the picture, below the breadcrumb, once
-    help      over all, as log and palette;  dialogs  modal
+    help      over all, as log and palette;  dialogs  modal, with folder  to choose a file in
 
 They change nothing: a test calls them with a state and reads the commands.
 """

@@ -7,10 +7,12 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
+from wzviewer.app.panels.folder import draw_folder
 from wzviewer.app.panels.surface import Ui, elided, face, plate, primary, shade, wrapped
 from wzviewer.app.state import AppState
 
 WIDTH_PT, HEIGHT_PT = 460.0, 150.0  # it grows with what it has to say
+LIST_PT = 230.0  # of what stands in a folder
 TITLES = {
     "open": "Open a photo or a scene",
     "save": "Save the scene",
@@ -29,12 +31,15 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
     window = ui.layout.window
     shade(ui)
     width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
-    top = window.height * 0.38 - ui.pt(HEIGHT_PT) / 2
+    height = ui.pt(HEIGHT_PT + (LIST_PT if state.panels.dialog_list is not None else 0.0))
+    top = max(window.height * 0.38 - height / 2, ui.pt(12))
     with plate(
         "dialog", Rect((window.width - width) / 2, top, width, 0.0), alpha=0.98, grows="down", is_front=True
     ):
         if kind == "unsaved":
             return _unsaved(state, ui)
+        if kind == "making":
+            return _making(state, ui)
         if kind == "recover":
             return _recover(state, ui)
         if kind == "drop":
@@ -64,6 +69,23 @@ def unsaved_text(state: AppState) -> str:
         return f"{what} not been saved. Without saving {'they are' if num_saved else 'it is'} lost."
     levels = "1 level has" if count == 1 else f"{count} levels have"
     return f"{levels} not been saved. Without saving {'it is' if count == 1 else 'they are'} lost."
+
+
+def _making(state: AppState, ui: Ui) -> list[cmd.Command]:
+    with face(ui.fonts.bold, theme.HEAD_PT):
+        imgui.text_unformatted("Close while something is being made?")
+    wrapped(ui, making_text(state), ui.colors.muted)
+    return _buttons(ui, ("Close", cmd.Close(gives_up=True)), ("Wait", cmd.Escape()))
+
+
+def making_text(state: AppState) -> str:
+    """Returns what closing would give up."""
+    goal = state.job.goal if state.job is not None else state.goal
+    what = f"“{goal.prompt}”" if goal is not None and goal.prompt else "New detail"
+    waiting = len(state.queue.goals)
+    if not waiting:
+        return f"{what} is not ready yet. Closing gives it up."
+    return f"{what} is not ready yet, and {waiting} more waiting. Closing gives them up."
 
 
 def _recover(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -104,6 +126,9 @@ def _path(state: AppState, ui: Ui, title: str) -> list[cmd.Command]:
         commands.append(cmd.ConfirmPath())
     if note:
         wrapped(ui, note, ui.colors.error, theme.SMALL_PT)
+    if state.panels.dialog_list is not None:
+        imgui.dummy((1.0, ui.pt(2)))
+        commands += draw_folder(ui, state.panels.dialog_list, state.panels.dialog_path)
     verb = "Open" if state.panels.dialog.startswith("open") else "Save"
     return commands + _buttons(ui, ("Cancel", cmd.Escape()), (verb, cmd.ConfirmPath()))
 

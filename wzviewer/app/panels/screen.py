@@ -25,6 +25,7 @@ from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.timeline import draw_timeline
 from wzviewer.app.panels.toolbar import draw_toolbar
 from wzviewer.app.panels.tree import draw_tree
+from wzviewer.app.places import shows_photo
 from wzviewer.app.state import AppState
 from wzviewer.core.camera import Camera
 
@@ -35,7 +36,7 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
     if not state.has_document:
         commands += draw_start(state, ui)
     else:
-        if not len(state.scene):
+        if shows_photo(state):
             _flat_photo(state, ui)
         asked, ui = _at_the_foot(state, ui)
         commands += asked + draw_toolbar(state, ui) + draw_breadcrumb(state, ui)

@@ -13,7 +13,7 @@ from wzviewer.app.state import AppState
 WIDTH_PT = 300.0
 THEMES = (("Dark", "dark"), ("Light", "light"))
 SIZES = (("Small", 14.0), ("Normal", 16.0), ("Large", 18.0), ("Huge", 20.0))
-KEYMAPS = (("wzviewer", "wzviewer"), ("Authors' release", "authors"))
+KEYMAPS = (("Standard", "wzviewer"), ("WonderZoom", "authors"))
 RASTERIZERS = (("Auto", "auto"), ("Graphics", "shaders"), ("Processor", "kernels"))
 
 SWITCHES = (

@@ -35,7 +35,7 @@ def _files(state: AppState) -> tuple[Button, ...]:
     return (
         (icons.ICON_FA_FOLDER_OPEN, "Open a photo or a scene", cmd.AskOpen(), True),
         (icons.ICON_FA_FLOPPY_DISK, "Save", cmd.Save(), state.num_finished > 0),
-        (icons.ICON_FA_CAMERA, "Keep: picture, film, command", cmd.Toggle("keep"), len(state.scene) > 0),
+        (icons.ICON_FA_CAMERA, "Save a picture or a film", cmd.Toggle("keep"), len(state.scene) > 0),
     )
 
 

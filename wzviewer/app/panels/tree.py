@@ -23,6 +23,7 @@ INDENT_PT = 12.0
 MAX_INDENT = 4  # deeper rows stay here, or the names would have no room
 PICTURE_PT = 64.0
 EYE_PT = 26.0
+BUILTIN = "builtin"  # who makes a stage when nothing else is said
 HIDDEN_ALPHA = 0.38  # of what is not seen
 
 
@@ -185,13 +186,12 @@ def _offers(state: AppState, row: Row) -> list[cmd.Command]:
 def details_of(scene: Scene, index: int) -> str:
     """Returns what a level is made of, for its tooltip."""
     level, name = scene[index], name_in(scene, index)
-    lines = [name, f"{len(level.surfels):,} surfels"]
+    lines = [name, f"{len(level.surfels):,} points"]
     if level.prompt and level.prompt != name:
         lines.insert(1, f"“{level.prompt}”")
-    lines += [
-        f"{stage_text(name)}: {record.backend}, {record.seconds:.1f} s"
-        for name, record in level.stages.items()
-    ]
+    for stage, record in level.stages.items():
+        by = "" if record.backend == BUILTIN else f" by {record.backend}"
+        lines.append(f"{stage_text(stage)}{by} {record.seconds:.1f} s")
     return "\n".join(lines)
 
 

@@ -4,7 +4,7 @@ STAGES = {  # of the paper, as the worker calls them, and what they are to someb
     "initial scene": "making the photo 3D",
     "new scale image": "painting finer detail",
     "depth registration": "giving it depth",
-    "surfels": "putting it into the picture",
+    "surfels": "building it in 3D",
     "auxiliary views": "filling in what is behind",
     "optimisation": "finishing touches",
 }

@@ -28,10 +28,10 @@ def _builtin() -> Synthesizer:
 
 def _warm_up(detail: "DetailSynthesizer", editor: "ObjectEditor", idle: Callable[[], bool]) -> None:
     """Compiles the kernels in the order a session needs them, while nobody waits for an answer."""
-    from wzviewer.worker import rasterize
+    from wzviewer.worker import in_view, rasterize
     from wzviewer.worker.models.builtin.views import synthesizer
 
-    for step in (rasterize.warm_up, synthesizer.warm_up, detail.warm_up, editor.warm_up):
+    for step in (rasterize.warm_up, in_view.warm_up, synthesizer.warm_up, detail.warm_up, editor.warm_up):
         if not idle():
             return
         step()

@@ -244,7 +244,10 @@ def _redrawn(
     factor = draft.camera.focal_px / draft.path[-1].camera.focal_px
     shared = (placements, mapping, draft.image, support, seed)
     result = models.editor.continue_into(*shared, check=check, parent_factor=factor)
-    return draft if result is None else _with_objects(draft, result)
+    if result is None:
+        return draft
+    again = draft.extra.get("redrawn_objects", np.zeros_like(result.object_mask)) | result.object_mask
+    return _with_objects(replace(draft, extra={**draft.extra, "redrawn_objects": again}), result)
 
 
 def _mapping(ancestor: Camera, camera: Camera) -> tuple[float, float, float]:

@@ -38,6 +38,7 @@ from wzviewer.worker.models.builtin.relief import border_ramp, low_pass, relief_
 
 WORK_WIDTH = 272  # longer side at which regressions run
 SNAP_RADIUS_PX = 14  # the coarse geometry is 8 native px wide
+FAR_FLOOR = 0.001  # of a step: parallax up to here is that of its far side
 RING_SHARE = 0.04  # of the shorter side: here the target itself, not even its steps moved
 FAR_SHARE = 0.05  # of the inverse depth: what is far may move less, in pixels of parallax
 DETAIL_BLUR_SHARE = 0.01  # of the width: steps of the estimate inside a layer become slopes this wide
@@ -291,7 +292,8 @@ def _base(
     least = np.float32(max(STEP_PX, STEP_SLOPE * SNAP_RADIUS_PX))
     lab = cv2.cvtColor((np.clip(image, 0, 1) * 255).astype(np.uint8), cv2.COLOR_RGB2LAB).astype(np.float32)
     slack = float(np.clip(FAR_SHARE * (focal_px + filled.min()), 1e-3, least))
-    snapped = snap_steps(filled, lab, SNAP_RADIUS_PX, np.where(band, least, np.float32(np.inf)), slack)
+    jump = np.where(band, least, np.float32(np.inf))
+    snapped = snap_steps(filled, lab, SNAP_RADIUS_PX, jump, slack, FAR_FLOOR)
     ring = max(round(RING_SHARE * min(h, w)), 1)
     result = filled.copy()
     result[ring:-ring, ring:-ring] = snapped[ring:-ring, ring:-ring]

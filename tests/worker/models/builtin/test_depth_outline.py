@@ -1,7 +1,7 @@
 import cv2
 import numpy as np
 
-from wzviewer.worker.models.builtin.depth.outline import regrow, spread, unlike_sky
+from wzviewer.worker.models.builtin.depth.outline import regrow, spread, unlike_sky, with_clouds
 
 
 def spiky(h=360, w=540, ground=(60, 90, 40), spike=(200, 170, 40)):
@@ -78,3 +78,27 @@ def test_the_blurred_edge_of_a_thing_stays_with_it():
     fixed = regrow(truth, blurred)
     assert (fixed & rim).sum() < 0.2 * rim.sum()  # measured: 0.08; 1.0 before
     assert (truth & ~fixed & ~rim).sum() < 0.2 * rim.sum()  # measured: 0
+
+
+def clouded(wall: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A blue sky with white clouds, one of them low beside the ground; the mask has lost that one."""
+    image, truth, _ = spiky()
+    y, x = np.mgrid[: truth.shape[0], : truth.shape[1]]
+    high = (np.hypot((x - 130) / 80, (y - 60) / 30) < 1) & truth
+    low = (np.hypot((x - 400) / 60, (y - 244) / 11) < 1) & truth
+    image[high | low] = 246
+    if wall:
+        image[300:340, 100:400] = 246
+    return image, truth & ~low, low
+
+
+def test_a_white_cloud_beside_a_flower_is_sky_like_other_clouds():
+    image, mask, lost = clouded(wall=False)
+    found = with_clouds(mask, image)
+    assert (found & lost).sum() > 0.97 * lost.sum()  # measured: 1; none before
+    assert np.array_equal(found & ~lost, mask)
+
+
+def test_what_is_white_as_a_cloud_stays_ground_where_the_ground_is_white_too():
+    image, mask, _ = clouded(wall=True)
+    assert np.array_equal(with_clouds(mask, image), mask)

@@ -51,6 +51,14 @@ def test_a_step_of_a_million_stays_finite_and_flat():
     assert set(np.unique(sharp)) <= {np.float32(30.0), np.float32(-1e6)}
 
 
+def test_a_sky_beside_a_petal_stays_at_the_depth_of_the_sky():
+    truth, lab = two_planes(near=0.0, far=-7800.0)  # parallax at f = 8000 px: 40 times farther
+    enlarged = cv2.GaussianBlur(np.roll(truth, 3, axis=1), (0, 0), 2.5)
+    sharp = snap_steps(enlarged, lab, 14, 24.0, 14.0, floor=0.001)[:, 16:-16]
+    depth = 8000.0 / (8000.0 + sharp)
+    assert ((depth < 1.2) | (depth > 36.5)).all()  # measured: 1.1 and 37; 9.9 with a floor of .1
+
+
 def test_planes_fit_each_segment():
     h, w = 90, 120
     y, x = np.mgrid[:h, :w].astype(np.float32)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of
+from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
 from wzviewer.worker.models.builtin.detail.describe import (
     below_sky,
     classified,
@@ -16,6 +16,7 @@ from wzviewer.worker.models.builtin.detail.describe import (
     inherited,
 )
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, WORDS, closer, material_of_words
+from wzviewer.worker.models.builtin.detail.rims import without_rims
 
 PLAIN = Region(0.5, 50, 0, 0, 0.3, 0.5, 0.8, 0.5, 0.5, 0.0)
 
@@ -66,7 +67,7 @@ def test_red_is_a_petal_where_something_grows_and_cloth_indoors():
     red = dataclasses.replace(PLAIN, green_red=40, blue_yellow=30, fine=2.4, middle=3, wide=4, share=0.3)
     green = dataclasses.replace(PLAIN, green_red=-15, blue_yellow=20, share=0.3)
     assert classified((red, PLAIN))[0] == "weave"
-    assert classified((red, green))[0] == "venation"
+    assert classified((red, green))[0] == "petal"
 
 
 def test_no_stone_in_an_animals_face_and_no_stone_in_the_clouds():
@@ -184,6 +185,99 @@ def test_a_flowers_disc_is_no_metal():
     disc = dataclasses.replace(PLAIN, green_red=15.5, blue_yellow=24, **measured)
     iron = dataclasses.replace(PLAIN, green_red=6.6, blue_yellow=7.8, **measured)
     assert classified((disc, iron, green))[:2] == ("venation", "metal")
+    red = dataclasses.replace(PLAIN, green_red=45, blue_yellow=42, fine=1.9, middle=4, wide=8)
+    assert classified((disc, iron, green, red)) == ("floret", "metal", "smooth", "petal")
+    yellow = dataclasses.replace(PLAIN, green_red=-1, blue_yellow=71, fine=19, middle=19, wide=11)
+    assert classified((yellow, green))[0] == "floret"
+
+
+def test_a_petal_out_of_focus_is_petal_and_a_leaf_with_contours_no_wood():
+    green = dataclasses.replace(PLAIN, green_red=-15, blue_yellow=20, fine=8, middle=12, wide=16)
+    wood = dataclasses.replace(green, wide=9)
+    red = dataclasses.replace(PLAIN, green_red=45, blue_yellow=42, fine=1.9, middle=4, wide=8)
+    calm = dataclasses.replace(red, fine=0.4, middle=0.8, wide=2)
+    shade = dataclasses.replace(PLAIN, lightness=14, fine=3, middle=5, wide=7, centre_y=0.8)
+    assert classified((green, wood, red, calm, shade)) == (
+        "venation",
+        "foliage",
+        "petal",
+        "petal",
+        "venation",
+    )
+    assert classified((calm, shade)) == ("smooth", "plaster")  # where nothing grows
+
+
+def test_a_painting_is_brush_strokes_also_in_its_sky():
+    stroke = dataclasses.replace(PLAIN, fine=7, middle=7, wide=8, blue_yellow=45, share=0.5)
+    sky = dataclasses.replace(stroke, lightness=86, blue_yellow=-19, fine=3.3, centre_y=0.1, at_top=0.9)
+    grass = dataclasses.replace(stroke, green_red=-20)
+    assert classified((stroke, sky, grass)) == ("paint", "paint", "paint")
+    assert "paint" not in classified((stroke, dataclasses.replace(sky, fine=0.5, tones=0.3), grass))
+    grey = [dataclasses.replace(region, blue_yellow=4.0, green_red=0.0) for region in (stroke, sky)]
+    assert "paint" not in classified(tuple(grey))  # gravel
+
+
+def test_a_thin_piece_between_petals_and_disc_is_no_grass():
+    """The colours between white and yellow are green: a ring of leaves glittered there."""
+    rng = np.random.default_rng(5)
+    image = np.full((360, 540, 3), (0.24, 0.4, 0.1), np.float32)
+    image *= 1 + 0.2 * rng.normal(0, 1, (360, 540, 1)).astype(np.float32)
+    labels = np.zeros((360, 540), np.uint8)
+    for radius, color, label in (
+        (120, (0.9, 0.9, 0.88), 1),
+        (46, (0.9, 0.9, 0.88), 0),
+        (40, (0.9, 0.75, 0.05), 0),
+        (34, (0.9, 0.75, 0.05), 2),
+    ):
+        cv2.circle(image, (240, 180), radius, color, -1, cv2.LINE_AA)
+        cv2.circle(labels, (240, 180), radius, label, -1)
+    image = np.clip(image, 0, 1)
+    merged, left = without_rims(image, labels, statistics(image, labels, 3))
+    y, x = np.mgrid[:360, :540]
+    around = np.hypot(x - 240, y - 180)
+    assert len(left) == 3
+    assert (merged[around > 125] == 0).all()  # grass is of many tones, however thin its pieces
+    assert (merged[around < 38] == 2).all()
+    assert (merged[(around > 43) & (around < 115)] == 1).all()
+
+
+def test_a_rim_goes_to_the_side_whose_colour_it_has_and_a_wide_strip_stays():
+    image = np.full((120, 160, 3), (0.5, 0.65, 0.9), np.float32)
+    image[:, 80:] = (0.8, 0.6, 0.05)
+    labels = np.zeros((120, 160), np.uint8)
+    labels[:, 80:], labels[:, 76:84] = 1, 2
+    regions = (*statistics(image, labels, 3)[:2], dataclasses.replace(PLAIN, wide=14, fine=5, tones=0.1))
+    merged, left = without_rims(image, labels, regions)
+    assert (merged[:, :79] == 0).all()
+    assert (merged[:, 81:] == 1).all()
+    assert [region.share for region in left] == pytest.approx([0.5, 0.5, 0], abs=0.01)
+    labels[:, 60:100] = 2
+    assert (without_rims(image, labels, regions)[0] == labels).all()
+
+
+def cushions(woven=True):
+    """Leather with soft folds, and on it a cushion of the same colour, of threads or of leather."""
+    rng = np.random.default_rng(11)
+    y, x = np.mgrid[:360, :540].astype(np.float32)
+    folds = cv2.GaussianBlur(rng.normal(0, 1, (360, 540)).astype(np.float32), (0, 0), 30)
+    light = 1 + 0.12 * folds / folds.std()
+    soft = cv2.GaussianBlur(rng.normal(0, 1, (360, 540)).astype(np.float32), (0, 0), 2.5)
+    light += 0.012 * soft / soft.std()
+    if woven:
+        threads = rng.normal(0, 1, (2, 1000)).astype(np.float32)
+        turned = (x + 0.2 * y, y - 0.2 * x + 120)
+        slub = sum(np.interp(t, np.arange(1000), line) for t, line in zip(turned, threads, strict=True))
+        grain = cv2.GaussianBlur(rng.normal(0, 1, (360, 540)).astype(np.float32), (0, 0), 0.7)
+        inside = (np.abs(x - 270) < 110) & (np.abs(y - 180) < 90)
+        light += inside * (0.012 * slub + 0.03 * grain)
+    return np.clip(light[..., None] * np.array([0.65, 0.52, 0.36], np.float32), 0, 1).astype(np.float32)
+
+
+def test_a_woven_cushion_on_a_leather_sofa_is_cloth():
+    names = [np.array((c := described(cushions(woven))).materials)[c.labels] for woven in (True, False)]
+    assert (names[0][110:250, 180:360] == "weave").mean() > 0.8  # measured 0.91
+    assert (names[0][:60] == "weave").mean() < 0.02
+    assert "weave" not in names[1]
 
 
 def test_wrought_iron_is_no_stone_and_stone_is():
@@ -194,6 +288,17 @@ def test_wrought_iron_is_no_stone_and_stone_is():
         np.average([r.tones for r in c.regions], weights=[r.share for r in c.regions]) for c in (iron, stone)
     ]
     assert tones[0] < 0.5 < 0.7 < tones[1]  # measured 0.03 and 1.0
+
+
+def test_gilded_bars_on_iron_are_neither_straw_nor_wood_nor_stone():
+    gilded = railing()
+    for y in (60, 150):
+        for row, tone in zip(range(y, y + 8), (0.5, 0.8, 1.0, 0.9, 0.75, 0.6, 0.5, 0.4), strict=True):
+            gilded[row] = np.array([0.85, 0.65, 0.25]) * tone
+    context = described(gilded)
+    names = np.array(context.materials)[context.labels]
+    assert (names == "metal").mean() > 0.3  # measured 0.59
+    assert not {"fibre", "straw", "fur", "rock", "sand", "cell"} & set(names.ravel())
 
 
 def lakeside(calm=True, at_row=150):
@@ -213,6 +318,7 @@ def test_a_lake_is_water_and_the_sky_is_not():
     assert names[150, 180] == "ripple"
     assert names[20, 180] == "sky"
     assert names[220, 20] == "foliage"
+    assert names[165, 100] == names[140, 240] == "ripple"  # all of it
     assert 0.05 < (names == "ripple").mean() < 0.12  # the ellipse has 0.104; measured 0.110
     assert "ripple" not in described(lakeside(calm=False)).materials
     assert (
@@ -234,6 +340,10 @@ def test_a_white_petal_before_the_sky_is_no_sky():
     assert known.regions[-1].share == pytest.approx(0.5)
     assert below_sky(context, image, np.zeros_like(sky)) is context
     assert below_sky(context, image, np.ones_like(sky)) is context
+    green = dataclasses.replace(PLAIN, green_red=-15, blue_yellow=20)
+    meadow = dataclasses.replace(context, regions=(*context.regions, green), materials=("sky", "foliage"))
+    assert below_sky(meadow, np.full_like(image, 0.8), sky).materials[-1] == "petal"
+    assert below_sky(meadow, np.full_like(image, 0.5), sky).materials[-1] == "smooth"  # far trees
 
 
 def test_five_levels_in_a_row_are_five_materials():

@@ -7,18 +7,22 @@ import pytest
 from wzviewer.worker.models.builtin.detail.amplitude import (
     drawn_not_lettered,
     glossy,
+    hems,
+    in_focus,
     lawful_sigma,
+    light_gain,
     regional_sigma,
     tone_damping,
     woods,
 )
 from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.consistency import consistency_db, projected, psnr_db
+from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.flow import GRAINS, grain_texture, voted_direction
 from wzviewer.worker.models.builtin.detail.library import TILE_PX, TileLibrary
 from wzviewer.worker.models.builtin.detail.measures import area_down, dense_rms, local_rms, over_rows
 from wzviewer.worker.models.builtin.detail.noise import cellular, fractal
-from wzviewer.worker.models.builtin.detail.overlay import multiplied
+from wzviewer.worker.models.builtin.detail.overlay import film_grain, grain_rms, multiplied
 from wzviewer.worker.models.builtin.detail.texture import layout, tile_texture
 from wzviewer.worker.models.builtin.detail.tiles import TILE_MAKERS
 
@@ -106,6 +110,53 @@ def test_leaves_from_afar_are_a_wood_and_leaves_with_contours_are_not():
     wood, leaf, stone = regional_sigma((afar, near, afar), names)
     assert wood == pytest.approx(stone * 1.0 / 0.7)
     assert leaf < wood
+
+
+def blob(blur_px):
+    disc = np.full((90, 136), 60, np.float32)
+    cv2.circle(disc, (40, 45), 25, 180, -1, cv2.LINE_AA)
+    return cv2.GaussianBlur(disc, (0, 0), blur_px)
+
+
+def test_what_lies_in_a_sharp_contour_is_in_focus():
+    sharp, soft = in_focus(blob(0.4)), in_focus(blob(3.0))
+    assert sharp[45, 40] > 0.8  # its middle, 25 px from the contour; measured 0.89
+    assert sharp[45, 130] < 0.1  # far from it
+    assert soft.max() < 0.1  # measured 0.0
+    noise = np.random.default_rng(2).normal(0, 0.5, (90, 136)).astype(np.float32)
+    assert in_focus(100 + noise).max() < 0.1  # a camera's noise is no contour
+
+
+def test_a_narrow_band_of_two_tones_is_a_hem_and_a_wood_is_none():
+    rng = np.random.default_rng(3)
+    plane = np.full((90, 136), 190, np.float32)
+    plane[:, 68:] = 120
+    band, wood = np.zeros((2, 90, 136), np.float32)
+    band[:, 65:71] = wood[:, 40:] = 1
+    assert hems(band, plane)[45, 68] > 0.9  # measured 1.0
+    assert hems(wood, plane)[45, 80:].max() < 0.1
+    textured = plane + cv2.GaussianBlur(rng.normal(0, 60, plane.shape).astype(np.float32), (0, 0), 0.8)
+    assert hems(band, textured)[20:70, 68].mean() < 0.6  # measured 0.45
+    assert hems(band, plane)[:, :60].max() == 0
+
+
+def test_leaves_in_the_light_have_more_contrast_than_in_the_gaps():
+    plane = np.full((90, 136), 60, np.float32)
+    plane[40:50, 40:50] = 120
+    plane[40:50, 90:100] = 20
+    gain = light_gain(plane)
+    assert gain[45, 45] > 1.3
+    assert gain[45, 95] < 0.6
+    assert gain[10, 10] == pytest.approx(1, abs=0.02)
+
+
+def test_a_noisy_sky_shows_its_own_noise_and_leaves_that_of_the_calmest_place():
+    sky = Region(0.5, 70, 0, -20, 1, 1, 1, 0.5, 0.2, 0.9, calm=0.8)
+    leaf = Region(0.3, 40, 0, 0, 9, 9, 9, 0.5, 0.7, 0, calm=5)
+    wall = Region(0.2, 70, 0, 0, 0.5, 0.5, 0.5, 0.5, 0.5, 0, calm=0.4)
+    context = Context(np.zeros((4, 4), np.uint8), ("sky", "foliage", "smooth"), (sky, leaf, wall), "")
+    assert grain_rms(context).tolist() == pytest.approx([1.6, 0.8, 0.8])
+    assert film_grain((200, 200), (1, 2)).std() == pytest.approx(1, abs=1e-3)
 
 
 def test_detail_multiplies_light_and_never_falls_below_black():

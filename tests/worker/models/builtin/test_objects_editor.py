@@ -9,6 +9,7 @@ import pytest
 
 from wzviewer.errors import Cancelled
 from wzviewer.worker.models.builtin.objects.editor import ObjectEditor, Placement, Support
+from wzviewer.worker.models.builtin.objects.placed import held
 
 W, H = 160, 106
 EDITOR = ObjectEditor()
@@ -243,3 +244,18 @@ def test_finer_structure_again_and_the_same_when_shrunk(ladybug):
 
 def test_out_of_view_there_is_nothing_to_continue(ladybug):
     assert deeper(ladybug, 0, 0, 8.0)[2] is None
+
+
+def test_a_sheer_wing_moves_with_its_bee_and_a_soft_outline_does_not():
+    alpha = np.zeros((60, 80), np.float32)
+    alpha[10:50, 10:50] = 1.0
+    alpha = cv2.GaussianBlur(alpha, (0, 0), 0.8)  # a soft outline
+    alpha[20:40, 54:74] = 0.3  # a membrane
+    alpha[30, 54:74] = 0.9  # a vein in it
+    alpha[5, :] = 0.3  # a hair
+    relief = np.where(alpha > 0, np.float32(1), np.float32(np.nan))
+    found = held(alpha, relief)
+    assert found[20:40, 54:74].all()
+    assert not found[5].any()
+    assert np.array_equal(found[:, :52], alpha[:, :52] >= 0.5)
+    assert not held(alpha, np.full_like(relief, np.nan)).any()

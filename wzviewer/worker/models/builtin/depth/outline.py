@@ -2,15 +2,16 @@
 
     mask -> local colour of the sure sky -> unlike it, thin, and grown from the ground: ground
                                          -> like it, at the very border: sky
+         -> every colour of the sure sky -> found in it and hardly elsewhere, beside it: sky
 
 A mask that was found at half size loses petal tips, twigs and antennas; left in the sky they stay behind
-when the camera moves.
+when the camera moves.  A bright cloud between petals that counts as ground moves along with them.
 """
 
 import cv2
 import numpy as np
 
-from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.core.types import BoolArray, ByteArray, FloatArray, IntArray
 
 UNIT_HEIGHT = 720.0  # the lengths below are for a picture of this height
 SURE_PX, REACH_PX, THIN_PX, SKIRT_PX, FRINGE_PX, HALO_PX = 10, 60, 24, 4, 40, 4
@@ -19,6 +20,9 @@ UNLIKE, LIKE, OUTLIER, BLURRED = 3.2, 1.6, 2.5, 2.3  # Mahalanobis distances
 CLEARLY = 1.5
 SAME, ALLOWED = 2.0, 0.2  # distance and belief with which the sky spreads
 SHRINK = 4  # the colour model is smooth
+CLOUD_ROUNDS, CLOUD_STEP_PX = 4, 24  # how far the sky spreads over colours that are its own
+CLOUD_ODDS, CLOUD_SHARE = 8.0, 1e-4  # of a colour: sky to ground, and the least of all the sky
+BINS = (16, 64, 64)  # of L, a, b
 
 
 def regrow(mask: BoolArray, image: ByteArray) -> BoolArray:
@@ -46,7 +50,52 @@ def regrow(mask: BoolArray, image: ByteArray) -> BoolArray:
     like = ~mask & ~grown & (distance < LIKE) & (ground > distance)
     away = _distance_to(mask)
     skirt = like & ((away <= SKIRT_PX * unit) | ((away <= FRINGE_PX * unit) & (ground > distance + CLEARLY)))
-    return np.asarray(mask | _joined(skirt, mask), bool)
+    return with_clouds(np.asarray(mask | _joined(skirt, mask), bool), image)
+
+
+def with_clouds(mask: BoolArray, image: ByteArray) -> BoolArray:
+    """Adds what lies beside a sky and has a colour that is found in the sky, and hardly on the ground.
+
+    A white cloud low beside a flower is unlike the blue around it, but not unlike the sky as a whole.  Where
+    the ground has the same colour (a white house, snow) nothing is added.
+
+    Args:
+        mask: (h, w) True where sky.
+        image: (h, w, 3) u8 RGB.
+    """
+    unit = mask.shape[0] / UNIT_HEIGHT
+    sure = _eroded(mask, SURE_PX * unit)
+    if not sure.any():
+        return mask
+    bins = _color_bins(image)
+    found = _shares(bins, sure)
+    for _ in range(CLOUD_ROUNDS):
+        away = _distance_to(mask)
+        ground = away > CLOUD_STEP_PX * unit
+        if not ground.any():
+            break
+        own = (found > CLOUD_SHARE) & (found > CLOUD_ODDS * _shares(bins, ground))
+        added = _joined(own[bins] & ~mask & ~ground, mask)
+        if not added.any():
+            break
+        mask = mask | added
+    return mask
+
+
+def _color_bins(image: ByteArray) -> IntArray:
+    """(h, w) number of the bin of Lab that each pixel falls into."""
+    lab = cv2.cvtColor(image, cv2.COLOR_RGB2LAB)
+    light, a, b = (lab[..., k].astype(np.int32) * BINS[k] // 256 for k in range(3))
+    return np.asarray((light * BINS[1] + a) * BINS[2] + b, np.int32)
+
+
+def _shares(bins: IntArray, mask: BoolArray) -> FloatArray:
+    """Share of the masked pixels in each bin, blurred by one bin."""
+    count = np.bincount(bins[mask], minlength=int(np.prod(BINS))).reshape(BINS).astype(np.float32)
+    for k in range(3):
+        before, after = (np.roll(count, step, k) for step in (1, -1))
+        count = 0.25 * before + 0.5 * count + 0.25 * after
+    return np.asarray(count.ravel() / max(int(np.count_nonzero(mask)), 1), np.float32)
 
 
 def spread(sky: BoolArray, image: ByteArray, belief: FloatArray) -> BoolArray:

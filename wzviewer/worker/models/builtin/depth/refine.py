@@ -121,7 +121,12 @@ def extend_under(d: FloatArray, hidden: BoolArray) -> FloatArray:
 
 
 def snap_steps(
-    value: FloatArray, lab: FloatArray, radius_px: int, jump: FloatArray | float, slack: float
+    value: FloatArray,
+    lab: FloatArray,
+    radius_px: int,
+    jump: FloatArray | float,
+    slack: float,
+    floor: float = 0.1,
 ) -> FloatArray:
     """Gives every pixel of a depth step to one of its two sides, by colour.
 
@@ -132,6 +137,8 @@ def snap_steps(
         jump: (h, w) or one number; smaller differences within the radius are slopes, left alone.
         slack: how far a continued plane may go from the nearest pixel of its side (a side may itself
             be two things, whose common plane would be neither).
+        floor: share of the way from far to near up to which a pixel is at the far side's own depth.  Where
+            that is many times farther, a tenth of the way in parallax is most of the way in depth.
 
     Returns:
         (h, w): in each transition the continued plane of the near or of the far side, nothing between.
@@ -148,7 +155,9 @@ def snap_steps(
         slice(max(int(columns[0]) - pad, 0), int(columns[-1]) + pad + 1),
     )
     result = value.copy()
-    result[here] = _snap_window(value[here], lab[here], radius_px, (band[here], high[here], low[here]), slack)
+    result[here] = _snap_window(
+        value[here], lab[here], radius_px, (band[here], high[here], low[here]), slack, floor
+    )
     return result
 
 
@@ -158,12 +167,13 @@ def _snap_window(
     radius_px: int,
     found: tuple[BoolArray, FloatArray, FloatArray],
     slack: float,
+    floor: float,
 ) -> FloatArray:
     band, high, low = found
     reach = np.maximum(high - low, 1e-9)
     t = np.where(band, (value - low) / reach, 0.5).astype(np.float32)
     near = _Side.of(band & (t > 0.88), value, lab, radius_px)
-    far = _Side.of(band & (t < 0.12), value, lab, radius_px)
+    far = _Side.of(band & (t < 0.12), value, lab, radius_px, band & (t < 1.2 * floor))
     spread = ((near.color - far.color) ** 2).sum(2)
     distances = ((lab - far.color) ** 2).sum(2) - ((lab - near.color) ** 2).sum(2)
     odds = cv2.GaussianBlur(distances / (0.25 * spread + 60) + 3.5 * (t - 0.5), (0, 0), 1.0)
@@ -171,7 +181,7 @@ def _snap_window(
     odds = np.where(near.absent, -1, np.where(far.absent, 1, odds))
     snapped = np.where(odds > 0, near.plane_within(slack), far.plane_within(slack))
     # what lies on its plateau already keeps its own value
-    settled = ((odds > 0) & (t > 0.9)) | ((odds <= 0) & (t < 0.1)) | (near.absent & far.absent)
+    settled = ((odds > 0) & (t > 0.9)) | ((odds <= 0) & (t < floor)) | (near.absent & far.absent)
     result = np.where(band & ~settled, snapped, value).astype(np.float32)
     touched = cv2.dilate(band.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     return np.where(touched, cv2.medianBlur(result, 5), result)
@@ -198,7 +208,13 @@ class _Side:
         return np.asarray(np.clip(self.plane, self.closest - slack, self.closest + slack))
 
     @staticmethod
-    def of(side: BoolArray, value: FloatArray, lab: FloatArray, radius_px: int) -> "_Side":
+    def of(
+        side: BoolArray,
+        value: FloatArray,
+        lab: FloatArray,
+        radius_px: int,
+        flat: BoolArray | None = None,  # the pixels of the side that are beyond its slope, if not all are
+    ) -> "_Side":
         h, w = value.shape
         step = 2 if radius_px >= 8 and min(h, w) > 16 else 1  # wide windows need no full resolution
         reach = (4 * radius_px) // step // 2 * 2 + 1
@@ -226,7 +242,8 @@ class _Side:
             cv2.resize(m, (w, h), interpolation=cv2.INTER_LINEAR) if step > 1 else m
             for m in (plane.astype(np.float32), color.astype(np.float32), absent.astype(np.float32))
         )
-        return _Side(plane, _closest(side, value), color, gone > 0.1)
+        plateau = side if flat is None or not flat.any() else flat
+        return _Side(plane, _closest(plateau, value), color, gone > 0.1)
 
 
 def _closest(side: BoolArray, value: FloatArray) -> FloatArray:

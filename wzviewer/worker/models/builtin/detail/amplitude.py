@@ -28,10 +28,16 @@ NOISE_RMS = 0.6
 NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
 REGIONAL_SHARE, WOOD_SHARE = 0.7, 1.0
 """Least detail of a place, as a share of what the law gives to its whole region."""
+HEM_PX, HEM_TONES = 10.0, 0.6
 LEAST_IN_WOOD = 0.6
 """What remains of that where a wood looks lettered: light crowns in dark gaps are two tones, too."""
 WOOD_SPREAD = 1.5
 """Below this ratio of the octaves leaves are a texture, above it they are things with contours."""
+LIGHT_PX, LIGHT_BIAS = 7.0, 8.0  # the second in grey levels
+FOCUS_NEAR_PX, FOCUS_WIDE_PX = 3.0, 12.0
+BLUNT, SHARP = 1.1, 1.45
+"""The gradient at .7 px over that at 2 px, on contours: .7 to 1.1 out of focus, 1.4 to 2.6 in focus."""
+LEAST_EDGE = 1.5  # grey levels per px
 GLITTER_PX = 5.0
 WET_TONE = 85.0
 """In grey levels: half of what is this dark may be `glossy`."""
@@ -101,6 +107,29 @@ def _median_rms(band: FloatArray) -> FloatArray:
     return blurred(middle, 1.5) / np.float32(0.6745)
 
 
+def in_focus(plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)`` in 0..1: whether the contours here or nearby are as sharp as pixels can show.
+
+    What lies between sharp contours is in focus, too: it looks bare only because it was too far away.
+    """
+    fine, coarse = _gradient(plane, 0.7), _gradient(plane, 2.0)
+    weight = np.square(coarse)
+    found = [
+        np.sqrt(widely_blurred(weight * np.square(fine / (coarse + np.float32(0.3))), sigma))
+        / np.sqrt(widely_blurred(weight, sigma) + np.float32(LEAST_EDGE**2))
+        for sigma in (FOCUS_NEAR_PX, FOCUS_WIDE_PX)
+    ]
+    return ramp(np.maximum(*found), BLUNT, SHARP - BLUNT)
+
+
+def _gradient(plane: FloatArray, sigma: float) -> FloatArray:
+    smooth = blurred(plane, sigma)
+    grad_x, grad_y = (
+        cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3, scale=0.125) for order in ((1, 0), (0, 1))
+    )
+    return np.hypot(grad_x, grad_y)
+
+
 def edge_damping(plane: FloatArray) -> FloatArray:
     """Returns ``(h, w)`` in 0.35..1: detail steps back from strong contours."""
     strength = orientation(plane, 1.0, 1.5).strength
@@ -116,6 +145,28 @@ def tone_damping(plane: FloatArray) -> FloatArray:
 def bright_damping(plane: FloatArray) -> FloatArray:
     """Returns 0.2..1: little detail in the burnt-out."""
     return ramp(262 - plane, 0, 40).clip(0.2, 1)
+
+
+def hems(natural: FloatArray, plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)`` in 0..1: where what grew is but a narrow band of two tones, as where two others mix.
+
+    Args:
+        natural: ``(h, w)`` share of `NATURAL` materials.
+        plane: ``(h, w)`` luma of the observation in grey levels.
+    """
+    narrow = 1 - ramp(widely_blurred(natural, HEM_PX), 0.35, 0.25)
+    lettered = 1 - ramp(blurred(drawn_not_lettered(plane), 3.0), HEM_TONES, 0.25)
+    return natural * narrow * lettered
+
+
+def light_gain(plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)`` in 0.5..1.6: leaves in the light have more contrast than those in the gaps between.
+
+    Without it a wood is a carpet.
+    """
+    bias = np.float32(LIGHT_BIAS)
+    gain: FloatArray = (plane + bias) / (widely_blurred(plane, LIGHT_PX) + bias)
+    return gain.clip(0.5, 1.6)
 
 
 def glossy(plane: FloatArray) -> FloatArray:
@@ -153,6 +204,7 @@ def sigma_map(
     plane: FloatArray,
     gain: FloatArray,
     floor: FloatArray,
+    micro: FloatArray,
     ceiling: FloatArray,
     regional: FloatArray,
     wood: FloatArray,
@@ -164,6 +216,7 @@ def sigma_map(
         plane: ``(h, w)`` luma of the observation in grey levels.
         gain: ``(h, w)`` factor of the material on the law.
         floor: ``(h, w)`` least contrast of the material, as a share of the luminance.
+        micro: ``(h, w)`` the same where the observation is in focus, if it is `truthful`.
         ceiling: ``(h, w)`` most that the material may have, in grey levels.
         regional: ``(h, w)`` of `regional_sigma`; not where there are letters.
         wood: ``(h, w)`` 1 in `woods`, where there are none.
@@ -172,12 +225,15 @@ def sigma_map(
     floor_sigma = floor * np.maximum(plane, 24)
     if truthful:
         floor_sigma *= np.float32(0.25) + np.float32(0.75) * ramp(texture_evidence(plane), 0.8, 2.0)
+        if micro.any():
+            floor_sigma = np.maximum(floor_sigma, micro * np.maximum(plane, 24) * in_focus(plane))
     else:
         floor_sigma *= 1 + np.float32(SHADE_GAIN) * (1 - ramp(plane, 15, 60))
     grown = np.maximum(widely_blurred(drawn_not_lettered(plane), 8.0), np.float32(LEAST_IN_WOOD) * wood)
     texture = np.maximum(lawful_sigma(plane), regional * grown)
     sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)
     if truthful:
+        sigma *= np.where(regional > 0, light_gain(plane), np.float32(1))
         return sigma * tone_damping(plane) * edge_damping(plane)
     glow = np.float32(GLOW) * (1 - ramp(plane, 8, 25))
     shade = np.float32(MOST_IN_SHADE) * plane + np.float32(0.8) + glow

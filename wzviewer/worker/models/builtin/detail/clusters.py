@@ -103,7 +103,7 @@ def _measured(image: FloatArray) -> _Maps:
     half = cv2.resize(grey, (max(width // 2, 1), max(height // 2, 1)), interpolation=cv2.INTER_AREA)
     quarter = cv2.resize(grey, (max(width // 4, 1), max(height // 4, 1)), interpolation=cv2.INTER_AREA)
     size = (max(width // GRID_PX, 1), max(height // GRID_PX, 1))
-    window = _window_px(width, height)
+    window = window_px(width, height)
     planes = [(grey, window), (half, window), (quarter, window / 2)]
     energy = [
         cv2.resize(dense_rms(first_band(p), s), size, interpolation=cv2.INTER_LINEAR) for p, s in planes
@@ -132,13 +132,14 @@ def _built(contours: FloatArray) -> float:
     return float(np.max(near) / (counts.sum() + 1e-6))
 
 
-def _window_px(width: int, height: int) -> float:
+def window_px(width: int, height: int) -> float:
+    """Returns the deviation of the window that features are read through."""
     return WINDOW_PX * min(1.0, max(0.3, max(width, height) / FULL_SIDE_PX))
 
 
 def _features(maps: _Maps) -> FloatArray:
     rows, columns = maps.coherence.shape
-    lab = widely_blurred(maps.lab, _window_px(columns * GRID_PX, rows * GRID_PX) / GRID_PX)
+    lab = widely_blurred(maps.lab, window_px(columns * GRID_PX, rows * GRID_PX) / GRID_PX)
     energy = np.log(1 + maps.energy)
     parts = [
         lab[..., 0] / 25,

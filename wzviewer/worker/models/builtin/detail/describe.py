@@ -10,12 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.worker.models.builtin.detail.cloths import with_cloths
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
+from wzviewer.worker.models.builtin.detail.rims import without_rims
 from wzviewer.worker.models.builtin.detail.waters import with_waters
 
 BUILT_SHARE = 0.35
 """From this share of contours along two axes on it is walls, roofs and windows, no stone that broke."""
+PETAL_LIGHT = 0.6  # of a white petal; far trees are darker
+EVEN_FINE = 0.6  # grey levels; rougher is no even surface
 LEAST_SOLID = 0.002  # of the picture
 OBJECTS_SPREAD = 2.5
 """Above this ratio of the octaves it is objects that make the contrast, no texture: glass, metal, spokes."""
@@ -23,6 +27,16 @@ OBJECTS_SPREAD = 2.5
 TEXTURE_TONES = 0.6
 """Below this share of tones between its light and its dark it is openwork, letters: no broken stone."""
 
+LEAF_SPREAD = 1.6
+"""Above this ratio of the octaves green is single leaves and stems, about 2; below it a wood, 1.0 to 1.2."""
+
+PETAL_CHROMA, PETAL_HUES_DEG = 35.0, 25.0
+MAY_BE_DISC = frozenset({"cell", "rock", "sand", "venation"})
+DISC_CHROMA = 60.0  # of a daisy's; straw and stubble have 40 to 50
+SCRAPS = 0.03  # of the picture: less is no field of straw, but the mixed hem of petals
+GREEN_SHARE = 0.12  # of a picture of plants
+
+RIM_TONES, RIM_SPREAD = 0.25, 1.8
 METAL_CHROMA = 20.0
 """Iron and steel have less colour: 5 to 12 in the photographs looked at, a sunflower's kin 28."""
 
@@ -55,9 +69,11 @@ def described(image: FloatArray, parent: Context | None = None) -> Context:
             likeness of colour, because a close-up of a leaf does not look like a tree.
     """
     labels, regions = regions_of(image)
+    labels, regions = without_rims(image, labels, regions)
     if parent is None:
         names, level = classified(regions), 0
         labels, regions, names = with_waters(image, labels, regions, names)
+        labels, regions, names = with_cloths(image, labels, regions, names)
     else:
         names, level = tuple(_heir(region, parent) for region in regions), parent.level + 1
     return Context(labels, names, regions, words_for(regions, names), level)
@@ -83,7 +99,9 @@ def below_sky(context: Context, image: FloatArray, sky: BoolArray) -> Context:
         return context
     labels = np.where(solid, len(context.materials), context.labels).astype(np.uint8)
     regions = (*context.regions, statistics(image, solid.astype(np.uint8), 2)[1])
-    names = (*context.materials, "smooth")
+    light = solid & (image.min(2) > PETAL_LIGHT)
+    grows = any(map(_green, context.regions))
+    names = (*context.materials, "petal" if grows and light.sum() > 0.5 * solid.sum() else "smooth")
     return Context(labels, names, regions, words_for(regions, names), context.level)
 
 
@@ -101,6 +119,8 @@ def _lab(region: Region) -> tuple[float, float, float]:
 
 def classified(regions: tuple[Region, ...]) -> tuple[str, ...]:
     """Returns a material name per region of a photograph; some regions are known by their company."""
+    if is_painted(regions):
+        return tuple("smooth" if region.fine < EVEN_FINE else "paint" for region in regions)
     names = [_material_name(region) for region in regions]
     skies = [region for region, name in zip(regions, names, strict=True) if name == "sky"]
     fur = sum(region.share for region, name in zip(regions, names, strict=True) if name == "fur")
@@ -115,7 +135,67 @@ def classified(regions: tuple[Region, ...]) -> tuple[str, ...]:
             names[index] = "foliage"  # a wood's shade
         if names[index] in ("venation", "straw", "cell") and not any(map(_green, regions)):
             names[index] = _made_by_hand(region)  # nothing grows here
-    return tuple(names)
+    return _with_plants(regions, names)
+
+
+def _with_plants(regions: tuple[Region, ...], names: list[str]) -> tuple[str, ...]:
+    """Where something grows, what has a petal's colour is petal; then its disc and the leaves are known."""
+    green = sum(region.share for region in regions if _green(region))
+    if not green:
+        return tuple(names)
+    petals = [
+        region for region, name in zip(regions, names, strict=True) if name == "venation" and _petal(region)
+    ]
+    result = []
+    for region, name in zip(regions, names, strict=True):
+        if petals and name == "smooth" and any(_of_petal(region, petal) for petal in petals):
+            result.append("petal")  # its calm parts
+        elif _yellow_disc(region) or (petals and name in MAY_BE_DISC and _disc(region)):
+            result.append("floret")
+        elif _petal(region) and (
+            name == "venation" or (petals and name == "straw" and region.share < SCRAPS)
+        ):
+            result.append("petal")
+        elif name == "plaster" and green > GREEN_SHARE and _leaf_in_shade(region):
+            result.append("venation")
+        else:
+            result.append(name)
+    return tuple(result)
+
+
+def _petal(region: Region) -> bool:
+    return _chroma(region) > PETAL_CHROMA and not 95 < _hue(region) < 300
+
+
+def _of_petal(region: Region, petal: Region) -> bool:
+    return _petal(region) and abs((_hue(region) - _hue(petal) + 180) % 360 - 180) < PETAL_HUES_DEG
+
+
+def _disc(region: Region) -> bool:
+    rough = region.fine + region.middle > 12 and region.coherence < 0.55
+    return rough and region.lightness < 45 and _chroma(region) > METAL_CHROMA and 20 < _hue(region) < 100
+
+
+def _yellow_disc(region: Region) -> bool:
+    dense = region.fine > 6 and region.wide < OBJECTS_SPREAD * region.fine
+    return dense and _chroma(region) > DISC_CHROMA and 60 < _hue(region) < 100
+
+
+def _leaf_in_shade(region: Region) -> bool:
+    grown = region.built < 0.3 and region.wide > LEAF_SPREAD * region.fine
+    return grown and region.lightness < 30 and region.centre_y > 0.45
+
+
+def is_painted(regions: tuple[Region, ...]) -> bool:
+    """Whether the picture is a painting: it has strokes also where a photograph would be even, in its lights.
+
+    Nothing in it is out of focus, and it has many colours, as a heap of gravel has not.
+    """
+    stroked = [region for region in regions if region.fine > 2.5 and region.tones > 0.6]
+    everywhere = sum(region.share for region in stroked) > 0.9 * sum(region.share for region in regions)
+    light = any(region.lightness > 75 and region.share > 0.03 for region in stroked)
+    colourful = sum(region.share * _chroma(region) for region in regions) > 22
+    return everywhere and light and colourful
 
 
 def _made_by_hand(region: Region) -> str:
@@ -156,7 +236,7 @@ def _even_material(region: Region, chroma: float, hue: float) -> str:
     high_up = region.centre_y < 0.45 and (region.at_top > 0.12 or region.centre_y < 0.3)
     if high_up and region.lightness > 40 and (chroma < 11 or 180 < hue < 315):
         return "sky"
-    if region.fine < 0.6:
+    if region.fine < EVEN_FINE:
         return "smooth"
     if (chroma > 35 and (hue < 110 or hue > 350)) or (95 < hue < 170 and chroma > 12):
         return "venation"
@@ -167,11 +247,13 @@ def _even_material(region: Region, chroma: float, hue: float) -> str:
 
 def _rough_material(region: Region, chroma: float, hue: float) -> str:
     rough = region.fine + region.middle
+    if region.tones < RIM_TONES and region.wide > RIM_SPREAD * region.fine:
+        return "smooth"  # contours and their two sides
     spread = region.wide / (
         region.fine + 0.1
     )  # about 1 in dense texture, above 1.5 where objects make the contrast
     if 95 < hue < 170 and chroma > 10.5:
-        return "foliage" if rough > 8 else "venation"
+        return "foliage" if rough > 8 and spread < LEAF_SPREAD else "venation"
     blue = 180 < hue < 310
     if region.at_top > 0.25 and region.centre_y < 0.4 and region.lightness > 55 and (blue or chroma < 10):
         return "sky"  # with clouds

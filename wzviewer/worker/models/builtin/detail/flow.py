@@ -25,6 +25,7 @@ from wzviewer.worker.models.builtin.detail.measures import (
 
 FIELD_STEP_PX = 4
 """The direction field is stored on a grid this coarse."""
+PAPILLA_PX = 1.2
 WIDE_PX = 1.8
 """Strands as wide as this are drawn at half the size: a quarter of the work, the same look."""
 
@@ -40,6 +41,7 @@ class Grain:
         relief: share of shading across the strand.
         vessels: share of short dark dashes.
         unrest_deg: how far strands stray from the field.
+        velvet: share of what has no direction: the papillae of a petal, each lit.
     """
 
     width_px: float
@@ -48,6 +50,7 @@ class Grain:
     relief: float
     vessels: float
     unrest_deg: float
+    velvet: float = 0.0
 
 
 GRAINS = {
@@ -56,7 +59,9 @@ GRAINS = {
     "bark": Grain(4.0, 22, 0.7, 1.0, 0.6, 12.0),
     "brushed": Grain(0.8, 32, 0.5, 0.2, 0.0, 0.5),
     "fibril": Grain(0.9, 40, 0.4, 0.9, 0.0, 3.0),
-    "straw": Grain(2.6, 20, 0.5, 0.9, 0.0, 12.0),
+    "petal": Grain(3.6, 36, 0.0, 0.3, 0.0, 5.0, velvet=1.3),
+    "paint": Grain(1.9, 12, 0.9, 1.0, 0.0, 9.0),
+    "straw": Grain(2.0, 13, 0.9, 0.9, 0.0, 22.0, velvet=0.15),
 }
 
 
@@ -109,8 +114,13 @@ def grain_texture(
         texture = _leveled(_streamed(_mixed_noise(grain, mask.shape, rng), field, mask, half_length))
     else:
         texture = _leveled(_layer(grain.width_px, half_length, field, mask, rng))
-        fine = _layer(grain.width_px / 3, half_length // 2, field, mask, rng)
-        texture = texture + grain.relief * _leveled(_lit(texture)) + grain.fine * _leveled(fine)
+        texture = texture + grain.relief * _leveled(_lit(texture))
+        if grain.fine:
+            fine = _layer(grain.width_px / 3, half_length // 2, field, mask, rng)
+            texture += grain.fine * _leveled(fine)
+    if grain.velvet:
+        papillae = _noise(mask.shape, PAPILLA_PX / stride, rng)
+        texture += np.float32(grain.velvet) * (_lit(papillae) + papillae)
     if grain.vessels:
         dashes = _layer(0.45 * grain.width_px, grain.half_length_px // 3, field, mask, rng, threshold=1.9)
         texture -= grain.vessels * dashes / (dashes.std() + 1e-6)

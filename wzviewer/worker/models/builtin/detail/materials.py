@@ -3,13 +3,14 @@
 ::
 
     foliage ──► venation ──► tissue ──► cell ──► granule ─┐    fur, bark, straw, weave ──► fibre ──► fibril
-         skin, scales, wet ──► cornea ─┬──► cytoplasm ────┴► membrane ──► molecule ◄──────────────────┘
+                     petal ─┘  floret ─┘                  │                                              │
+         skin, scales, wet ──► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
          ripple ──► caustic ──► plankton                                     └──► atom ─────────────┐
-    sand ─► rock ─┐                                                                                 │
-    plaster ─► grit ─► granite ──► facet ─┐                                                         │
-    smooth ──► glaze ─┬► polish ──► alloy ├──► lattice ──► orbital ◄────────────────────────────────┘
-               metal ─┘  brushed ────┘    │                   └──► nucleus ──► froth ──► orbital ..
-    sky ──► air ──► haze ──► droplet ──► frost
+    sand ──► rock ─────────┐                                                                        │
+    plaster, paint ► grit ─┴► granite ► facet ─┐                                                    │
+    smooth ──► glaze ─┬► polish ──► alloy ─────┼──► lattice ──► orbital ◄───────────────────────────┘
+                metal ┘  brushed ────┘         │                   └──► nucleus ──► froth ──► orbital ..
+    sky ──► air ──► haze ──► droplet ──► frost ┘
 
 Eight levels of x8 lead from a leaf to its atoms and into them.
 """
@@ -36,6 +37,8 @@ class Material:
         ceiling: no detail of it is stronger than this RMS, in grey levels.
         between: name of what fills the dark lines that are seen where this material is: walls, gaps, seams;
             empty if it is the same.
+        micro: least contrast at level 1 where the photograph is in focus, also if it shows none of it: no
+            petal is as bare as it is from afar.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Material:
     roughness_px: float
     ceiling: float
     between: str = ""
+    micro: float
 
 
 def _material(
@@ -59,6 +63,7 @@ def _material(
     roughness_px: float = 0.5,
     ceiling: float = 15.0,
     between: str = "",
+    micro: float = 0.0,
 ) -> Material:
     return Material(
         name=name,
@@ -70,6 +75,7 @@ def _material(
         roughness_px=roughness_px,
         ceiling=ceiling,
         between=between,
+        micro=micro,
     )
 
 
@@ -82,7 +88,7 @@ MATERIALS: dict[str, Material] = {
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
         _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.015, 0),
         _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.05, 0),
-        _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0),
+        _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0, micro=0.014),
         _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.1, 0.3),
         _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
         _material("cornea", "smooth tissue", "cytoplasm", 0.5, 0.004, 0.065, 0.2),
@@ -92,7 +98,10 @@ MATERIALS: dict[str, Material] = {
         _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.085, 0),
         _material("frost", "crystals of ice", "lattice", 0.7, 0.012, 0.12, 0.2),
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
-        _material("venation", "petal or leaf tissue", "tissue", 0.9, 0.01, 0.11, 0.3),
+        _material("venation", "petal or leaf tissue", "tissue", 0.9, 0.01, 0.11, 0.3, micro=0.02),
+        _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
+        _material("floret", "florets", "cell", 0.9, 0.012, 0.07, 0.3, micro=0.055),
+        _material("petal", "petals", "tissue", 0.9, 0.01, 0.07, 0.2, micro=0.022),
         _material("cell", "cells", "granule", 0.75, 0.012, DEEP, 1.2, 26.0),
         _material("granule", "grains of a cell", "membrane", 0.9, 0.012, DEEP, 1.2, 26.0, between="fibril"),
         _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.08, 0.48),
@@ -103,7 +112,7 @@ MATERIALS: dict[str, Material] = {
         _material("rock", "rock", "granite", 1.2, 0.016, 0.09, 1.2),
         _material("granite", "crystals", "facet", 1.0, 0.014, DEEP, 0.84, 26.0),
         _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),
-        _material("skin", "skin or leather", "cornea", 0.8, 0.008, 0.04, 0.24),
+        _material("skin", "skin or leather", "cornea", 0.8, 0.008, 0.04, 0.24, micro=0.01),
         _material("plaster", "painted wall", "grit", 0.6, 0.006, 0.026, 0.1),
         _material("ripple", "water", "caustic", 0.8, 0.008, 0.014, 0.3),
         _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.05, 0.2),
@@ -114,7 +123,7 @@ MATERIALS: dict[str, Material] = {
         _material("molecule", "great molecules", "atom", 0.9, 0.012, DEEP, 1.0, 26.0, "atom"),
         _material("lattice", "atoms in rows", "orbital", 0.9, 0.012, DEEP, 0.4, 26.0),
         _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, DEEP, 0.8, 26.0),
-        _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24),
+        _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24, micro=0.03),
         _material("scales", "scales", "cornea", 0.9, 0.016, 0.05, 0.3),
         _material("tissue", "skin of a leaf", "cell", 0.9, 0.012, 0.13, 1.4),
         _material("caustic", "glints on water", "plankton", 0.7, 0.008, 0.07, 0),

@@ -16,6 +16,7 @@ PHOTOGRAPHED_HUE = np.array([0.3, -0.08, -0.25], np.float32)
 WHITE = 254.0
 DEEP_LIGHT = 0.9
 """Share of the detail beyond the photograph that is light, not paint: paint would grey what is colourful."""
+EVEN = frozenset({"sky", "smooth"})
 LEAST_LIGHT, MOST_STOPS = 6.0, 2.1
 """In grey levels, and as a natural logarithm: no ridge in a shadow is more than eight times as light."""
 
@@ -59,17 +60,24 @@ def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
     return detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
 
 
-def grain_rms(context: Context) -> float:
-    """Returns the noise of the photograph in grey levels, from its calmest region; the new one has it too."""
+def grain_rms(context: Context) -> FloatArray:
+    """Returns ``(n,)`` the photograph's noise in grey levels per region; the new picture has it, too.
+
+    What is even shows its own, because there is nothing else in it; the rest has that of the calmest region.
+    """
     calmest = min((region.calm for region in context.regions if region.share > 0.03), default=0.0)
-    return min(max(GRAIN_GAIN * calmest, LEAST_GRAIN_RMS), MOST_GRAIN_RMS)
+    calm = [
+        region.calm if name in EVEN and region.share > 0.03 else calmest
+        for region, name in zip(context.regions, context.materials, strict=True)
+    ]
+    return np.clip(np.float32(GRAIN_GAIN) * np.array(calm, np.float32), LEAST_GRAIN_RMS, MOST_GRAIN_RMS)
 
 
-def film_grain(shape: tuple[int, ...], rms: float, seeds: tuple[int, ...]) -> FloatArray:
-    """Returns ``(H, W)`` of that RMS: a camera's noise, or a sky would look like plastic."""
+def film_grain(shape: tuple[int, ...], seeds: tuple[int, ...]) -> FloatArray:
+    """Returns ``(H, W)`` of unit RMS: a camera's noise, or a sky would look like plastic."""
     rng = np.random.default_rng([*seeds, 7])
     grain = blurred(rng.standard_normal(shape, np.float32), 0.5)
-    return grain * np.float32(rms / (grain.std() + 1e-6))
+    return grain / (grain.std() + np.float32(1e-6))
 
 
 def roughened(base: FloatArray, texture: FloatArray, roughness_px: FloatArray) -> FloatArray:

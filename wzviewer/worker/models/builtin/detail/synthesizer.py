@@ -14,6 +14,7 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     NATURAL,
     PROMPTED_FLOOR,
     glossy,
+    hems,
     regional_sigma,
     sigma_map,
     wet_places,
@@ -51,7 +52,8 @@ Fractions = tuple[float, float, float, float]
 
 WET = "wet"
 """The material of an eye or a nose, of which only its gloss tells."""
-TINT_REACH = 12.0  # in CIELAB; the leaves of one tree differ by less
+TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
+"""In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class _Job:
     regional_sigma: FloatArray  # per name
     wood: FloatArray  # per name, 1 or 0
     tints: FloatArray  # (names, 2): a* and b* of the regions
-    grain_rms: float
+    grain_rms: FloatArray  # per name, in grey levels
     seeds: tuple[int, ...]
     stride: int
     check: Callable[[], None]
@@ -236,7 +238,7 @@ class DetailSynthesizer:
             regional_sigma=_regional(context, names, level),
             wood=_wood(context, names),
             tints=_tints(context, names),
-            grain_rms=grain_rms(context) if level <= 1 else 0.0,
+            grain_rms=_grain(context, names, level),
             seeds=seeds,
             stride=1,
             check=check or (lambda: None),
@@ -254,8 +256,9 @@ class DetailSynthesizer:
         if job.level > 1:
             detail = multiplied(detail, luma(base))
         image = with_detail(base, detail, job.observation, job.level)
-        if job.grain_rms:
-            image += film_grain(texture.shape, job.grain_rms, job.seeds)[..., None]
+        if job.grain_rms.any():
+            grain = film_grain(texture.shape, job.seeds) * _spread(place, job.grain_rms)
+            image += grain[..., None]
         job.check()
         size = (job.width, job.height)
         labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
@@ -268,11 +271,12 @@ class DetailSynthesizer:
         if job.prompted:
             floors = np.maximum(floors, np.float32(PROMPTED_FLOOR))
         gains = per_label(job.names, "gain")
-        tables = (gains, floors, per_label(job.names, "ceiling"), job.regional_sigma, job.wood)
-        gain, floor, ceiling, regional, wood = (_spread(coarse, table) for table in tables)
+        micros, ceilings = (per_label(job.names, name) for name in ("micro", "ceiling"))
+        tables = (gains, floors, micros, ceilings, job.regional_sigma, job.wood)
+        gain, floor, micro, ceiling, regional, wood = (_spread(coarse, table) for table in tables)
         plane, truthful = luma(job.observation), job.level <= 1 and not job.prompted
         sharp_gain = _spread(place, gains) / np.maximum(stretched(gain, *job.work_size), 1e-3)
-        sigma = sigma_map(plane, gain, floor, ceiling, regional, wood, truthful)
+        sigma = sigma_map(plane, gain, floor, micro, ceiling, regional, wood, truthful)
         if truthful:  # no strands over an eye or a nose
             strands = np.array([name in GRAINS for name in job.names], np.float32)
             if strands[list(coarse.shares)].any():
@@ -288,15 +292,18 @@ class DetailSynthesizer:
 
         In the shade colours say little; there all of the region belongs to it.
         """
-        grew = np.array([name in NATURAL for name in job.names], np.float32)
+        grew, natural = (
+            np.array([name in known for name in job.names], np.float32) for known in (TINT_REACHES, NATURAL)
+        )
         if not grew[list(coarse.shares)].any():
             return np.ones(coarse.labels.shape, np.float32)
-        share = _spread(coarse, grew)
         lab = cv2.cvtColor(job.observation * np.float32(1 / 255), cv2.COLOR_RGB2LAB)
         mean = [_spread(coarse, table) for table in job.tints.T]
         away = np.square(lab[..., 1] - mean[0]) + np.square(lab[..., 2] - mean[1])
         away *= ramp(lab[..., 0], 45, 15)
-        return 1 - share * (1 - np.exp(-away / np.float32(TINT_REACH**2)))
+        reaches = np.array([TINT_REACHES.get(name, 100.0) for name in job.names], np.float32)
+        own = 1 - _spread(coarse, grew) * (1 - np.exp(-away / np.square(_spread(coarse, reaches))))
+        return own * (1 - hems(_spread(coarse, natural), luma(job.observation)))
 
 
 def _promised(db: float, job: _Job) -> float:
@@ -331,6 +338,16 @@ def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArra
     table = np.zeros(len(names), np.float32)
     if level <= 1 and _of_context(names, context):
         table[: len(context.regions)] = regional_sigma(context.regions, context.materials)
+    return table
+
+
+def _grain(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
+    table = np.zeros(len(names), np.float32)
+    if level <= 1 and context.regions:
+        known = grain_rms(context)
+        table[:] = known.min()
+        if _of_context(names, context):
+            table[: len(known)] = known
     return table
 
 

@@ -12,9 +12,11 @@ from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TI
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, stretched
 from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, SPECTRA, evened
 
-SMOOTH = frozenset({"smooth", "sky", "glaze", "metal", "wet"})
+SMOOTH = frozenset({"smooth", "sky", "glaze", "wet"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
+SHOWS_AS = {"metal": "polish"}
+"""Materials that are seen by the tile of another: hairlines and smudges on metal."""
 TURN_RAD = 0.4
 """A tile is smaller than the picture: turned, it does not repeat along a row, and its light hardly turns."""
 NARROW = 0.4  # of the picture
@@ -97,7 +99,7 @@ def painted_texture(
             layer = _strands(GRAINS[name], direction, by_name[name], rng, stride)
         else:
             layer = tile_texture(
-                library.tile(SMOOTH_TILE if name in SMOOTH else name),
+                library.tile(SMOOTH_TILE if name in SMOOTH else SHOWS_AS.get(name, name)),
                 name,
                 width,
                 height,

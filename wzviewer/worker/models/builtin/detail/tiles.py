@@ -84,6 +84,17 @@ def cornea(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(periodic_blur(flat, 0.5) + 0.15 * fractal(n, 1.4, rng, lowest=10))
 
 
+def floret(n: int, rng: np.random.Generator) -> FloatArray:
+    """The velvet of a flower's disc: papillae packed close, each a small lit dome, in soft swellings."""
+    height = 1.2 * fractal(n, 1.6, rng, lowest=14)
+    for cells, weight in ((n // 9, 1.0), (n // 6, 0.5)):
+        first, _, index = cellular(n, cells, rng)
+        tall = rng.uniform(0.5, 1.2, index.max() + 1).astype(np.float32)[index]
+        height += weight * tall * np.sqrt(np.clip(1 - np.square(first / (0.62 * n / cells)), 0, 1))
+    height = warped(height, 1.5, rng)
+    return normalized(periodic_blur(0.4 * height + 1.2 * shaded(1.6 * height), 0.6))
+
+
 def granite(n: int, rng: np.random.Generator) -> FloatArray:
     """Crystals of two sizes: a tone each, dark borders, straight twins in some, and dark specks."""
     y, x = np.mgrid[0:n, 0:n].astype(np.float32)
@@ -285,6 +296,7 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "foliage": foliage,
     "venation": venation,
     "cell": cell,
+    "floret": floret,
     "cornea": cornea,
     "granite": granite,
     "rock": rock,

@@ -143,19 +143,25 @@ def ant(rng: np.random.Generator, tint: Tint) -> Body:
         CHITIN,
         front,
         shaded(front, 0.5),
-        rough=0.36,
-        wrap=0.2,
-        coat=0.75,
-        coat_rough=0.13,
-        wavelength=0.012,
-        relief=0.05,
+        rough=0.52,
+        wrap=0.25,
+        coat=0.30,
+        coat_rough=0.24,
+        wavelength=0.008,
+        relief=0.09,
     )
     shiny = pen.material(
-        CHITIN, rear, shaded(rear, 0.6), rough=0.3, coat=0.95, coat_rough=0.09, wavelength=0.012, relief=0.03
+        CHITIN, rear, shaded(rear, 0.6), rough=0.42, coat=0.55, coat_rough=0.17, wavelength=0.009, relief=0.05
     )
-    hair = pen.material(HAIR, linear(150, 110, 66), linear(80, 56, 34), rough=0.45, wrap=0.4)
+    limb = pen.material(
+        CHITIN, shaded(front, 0.62), shaded(front, 0.3), rough=0.5, coat=0.3, coat_rough=0.25,
+        wavelength=0.008, relief=0.08,
+    )  # fmt: skip
+    hair = pen.material(HAIR, linear(170, 132, 84), linear(96, 70, 44), rough=0.45, wrap=0.4)
     head, trunk, tail = pen.group(), pen.group(), pen.group()
-    pen.ellipsoid((0, 0.385, 0.255), (0.108, 0.125, 0.090), skin, group=head, blend=0.03)
+    pen.ellipsoid((0, 0.395, 0.250), (0.092, 0.120, 0.086), skin, group=head, blend=0.03)
+    for side in (-1.0, 1.0):  # the back of the head has two lobes
+        pen.ellipsoid((side * 0.048, 0.345, 0.262), (0.066, 0.076, 0.080), skin, group=head, blend=0.03)
     pen.ellipsoid((0, 0.465, 0.238), (0.075, 0.055, 0.055), skin, group=head, blend=0.04)
     pen.ellipsoid((0, 0.175, 0.262), (0.068, 0.105, 0.078), skin, group=trunk, blend=0.05)
     pen.ellipsoid((0, 0.055, 0.240), (0.054, 0.105, 0.064), skin, group=trunk, blend=0.05)
@@ -183,17 +189,22 @@ def ant(rng: np.random.Generator, tint: Tint) -> Body:
             0.007,
             skin,
         )
-        pen.cone((side * 0.035, 0.475, 0.275), (side * 0.155, 0.545, 0.355), 0.011, 0.012, skin)
+        pen.cone((side * 0.035, 0.475, 0.275), (side * 0.155, 0.545, 0.355), 0.009, 0.010, limb)
         add_antenna(
-            pen, side, ((0.155, 0.545, 0.355), (0.20, 0.66, 0.36), (0.16, 0.77, 0.285)), 0.0115, 10, skin
+            pen, side, ((0.155, 0.545, 0.355), (0.20, 0.66, 0.36), (0.16, 0.77, 0.285)), 0.0095, 10, limb
         )
         for root, knee, ankle, foot in (
             ((0.04, 0.20, 0.20), (0.20, 0.335, 0.34), (0.325, 0.46, 0.05), (0.365, 0.56, 0.010)),
             ((0.04, 0.12, 0.19), (0.25, 0.10, 0.36), (0.43, 0.06, 0.05), (0.50, 0.06, 0.010)),
             ((0.04, 0.05, 0.19), (0.22, -0.14, 0.37), (0.37, -0.37, 0.05), (0.42, -0.50, 0.010)),
         ):
-            add_leg(pen, side, (root, knee, ankle, foot), (0.034, 0.024, 0.017), skin, hair)
-    fuzz(pen, (0, -0.315, 0.245), (0.142, 0.185, 0.128), 46, 0.045, hair)
+            add_leg(pen, side, (root, knee, ankle, foot), (0.025, 0.0165, 0.012), limb, hair)
+    for centre, radii, count in (
+        ((0, -0.315, 0.245), (0.142, 0.185, 0.128), 46),
+        ((0, 0.385, 0.255), (0.108, 0.125, 0.090), 22),
+        ((0, 0.175, 0.262), (0.068, 0.105, 0.078), 18),
+    ):
+        fuzz(pen, centre, radii, count, 0.040, hair)
     return pen.body(tilt_deg=(38.0, 58.0), yaw_deg=30.0)
 
 

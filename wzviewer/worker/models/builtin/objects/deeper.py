@@ -13,7 +13,7 @@ from wzviewer.worker.models.builtin.objects.inserting import (
     setting_of,
     without,
 )
-from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged
+from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, held, merged
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support, hidden_by
 from wzviewer.worker.models.builtin.objects.render import Scene, render
 
@@ -39,7 +39,7 @@ def march_again(
         return None
     setting = setting_of(placed, body)
     layer = drowned(render(scene, setting, check), placed.water)
-    mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
+    mask = held(layer.alpha, layer.relief)
     if mask.mean() < 2e-4:
         return None
     relief = _registered(placed, mapping, layer.relief, geometry, mask)

@@ -18,7 +18,7 @@ from wzviewer.worker.models.builtin.objects.lighting import (
     linear_from_srgb,
 )
 from wzviewer.worker.models.builtin.objects.nouns import BUILDERS, FLYING
-from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged, shifted
+from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, held, merged, shifted
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
 from wzviewer.worker.models.builtin.objects.pose import Pose
 from wzviewer.worker.models.builtin.objects.render import Layer, Scene, ground_shadow, render
@@ -79,7 +79,7 @@ def insert(
         gain = np.where(geometry.sky, np.float32(1), gain)  # nothing darkens the sky
     if water is not None:
         gain = 1 - _SHADOW_IN_WATER * (1 - gain) * (1 if cover is None else cover)
-    mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
+    mask = held(layer.alpha, layer.relief)
     relief = np.where(mask, layer.relief + plane_image(lift, (h, w)), np.nan)
     relief = (at + share * (relief - at)).astype(np.float32)
     behind = np.fmin(geometry.relief, result.object_relief)

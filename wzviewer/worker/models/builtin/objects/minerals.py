@@ -47,7 +47,7 @@ def shell(
         lam = (2.0 if octave == 0 else 1.0) * far / lines
         n = noise3((turn + stray) * lines, 0.35 * angle, 6.0 + octave)
         f = bump(out, n, high, lam, px)
-        gain(out, 1.0 + 0.09 * f * n)
+        gain(out, 1.0 + 0.06 * f * n)
         lines *= 3.1
         high *= 0.3  # finer ribs are lower, else their sides all shade alike
     lam = 0.045
@@ -150,9 +150,11 @@ def crystal(
     crack = exp(-((noise3(x * 4.0 + z * 3.0, y * 5.0, z * 8.0) / 0.05) ** 2))
     for e in range(3):
         out[e] += 0.30 * crack * (0.8 - out[e]) * (1.0 - smoothstep(0.4, 1.0, rise))
-    lam = 0.05
+    # Growth steps come in fields, and the finer they are the lower: all over they looked engraved.
+    lam, high = 0.05, 0.0016 * smoothstep(-0.1, 0.5, noise3(x * 2.5, y * 2.5, z * 3.5 + 9.0))
     for _ in range(3):
         n = noise3(0.2 * a / lam, 0.2 * b / lam, 2.0 * c / lam)
-        bump(out, n, 0.003, lam, px)
+        bump(out, n, high, lam, px)
         lam *= 0.3
+        high *= 0.5
     grain(out, x, y, z, px, 0.006, 0.003)

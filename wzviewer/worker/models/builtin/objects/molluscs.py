@@ -45,21 +45,21 @@ def snail(rng: np.random.Generator, tint: Tint) -> Body:
     second = shaded(tint.color, 0.3) if tint.color else linear(84, 50, 28)
     house = pen.material(
         SHELL, color, second, rough=0.42, wrap=0.25, coat=0.55, coat_rough=0.14, wavelength=0.02,
-        free=(3.0, 0.9, 0.45, 0.07, 0.0),
+        free=(3.0, 0.9, 0.45, 0.018, 0.0),
     )  # fmt: skip
     skin = pen.material(
         HIDE, linear(142, 122, 98), linear(96, 80, 62), rough=0.42, wrap=0.45, coat=0.7, coat_rough=0.14,
         wavelength=0.018,
         free=(0.16, 0.5, 0.3, 1.8, 0.30),
     )  # fmt: skip
-    axes = np.array([[0.0, 0.985, 0.174], [0.0, -0.174, 0.985], [1.0, 0.0, 0.0]])
-    size = 0.215
+    # It grows over the top and down to the mouth, which lies on the foot.
+    axes = np.array([[0.0, 0.985, 0.174], [0.0, 0.174, -0.985], [-1.0, 0.0, 0.0]])
     group = pen.group()
     pen.spiral(
-        size, 0.088, 0.09, 0.165, (-24.0, -0.9), house, centre=(-0.06, -0.09, 0.335), axes=axes, flat=1.05,
+        0.187, 0.088, 0.10, 0.1435, (-24.0, 0.75), house, centre=(0.05, -0.07, 0.315), axes=axes, flat=1.05,
         slant=0.2, group=group, blend=0.012,
     )  # fmt: skip
-    pen.ellipsoid((-0.030, -0.09, 0.335), (0.050, 0.030, 0.030), house, group=group, blend=0.012)  # the pole
+    pen.ellipsoid((0.030, -0.07, 0.315), (0.050, 0.030, 0.030), house, group=group, blend=0.012)  # the pole
     _slug(pen, skin, float(rng.uniform(-0.06, 0.06)))
     return pen.body(tilt_deg=(70.0, 82.0), yaw_deg=-12.0)
 

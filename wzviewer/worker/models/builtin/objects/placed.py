@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
+import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
@@ -9,6 +10,8 @@ from wzviewer.worker.models.builtin.objects.bodies import Tint
 from wzviewer.worker.models.builtin.objects.lighting import Light
 from wzviewer.worker.models.builtin.objects.placement import Plane
 from wzviewer.worker.models.builtin.objects.pose import Pose
+
+_COVERED, _SHEER = 0.5, 0.12  # least coverage of a pixel that is the body's, and of one in its sheets
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +111,23 @@ class EditResult:
     shadow: FloatArray
     placements: tuple[Placement, ...] = field(default=())
     places: tuple[dict[str, object], ...] = field(default=())
+
+
+def held(alpha: FloatArray, relief: FloatArray) -> BoolArray:
+    """Tells which pixels (h, w) lie at the depth of a body: the covered ones, and those of its sheer sheets.
+
+    A wing that lets most light through moves as a whole; left at the depth of what is behind it, its
+    tint would stay there like a ghost.  A soft outline and single hairs are no sheets.
+
+    Args:
+        alpha: (h, w) coverage by the body.
+        relief: (h, w) float32, nan where no ray met it.
+    """
+    covered, window = alpha >= _COVERED, np.ones((5, 5), np.uint8)
+    sheer = (alpha >= _SHEER) & ~covered
+    wide = cv2.morphologyEx(sheer.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    sheets = cv2.dilate(wide, window) > 0
+    return np.asarray((covered | (sheets & sheer)) & np.isfinite(relief))
 
 
 def dew_of(drops: DoubleArray, light: Light) -> Placement:

@@ -17,6 +17,8 @@
           │
       backdrop      level 0 only: smooth and coarse, behind and beside everything
           │
+      hidden_sky    level 0 only: the colours of all hidden sky, from one smooth field
+          │
        synthesizer.Completion      front relief, layers: one definition of the hidden world
           │
        mesh         exact renders of it from neighbouring cameras, the I_k of line 28

@@ -15,6 +15,8 @@ from wzviewer.worker.models.builtin.views.smoothing import push_pull
 
 STRIDE_PX = 16  # of a pixel of the backdrop
 REACH = 1.0  # of the frame, on each side: 46 degrees for the sky
+SKY_SHARE = 0.1  # of a row, down to which the sky is its background
+HORIZON_CELLS = 6  # of the backdrop, over which sky passes into ground
 BEHIND = 0.02  # relative depth behind the farthest
 
 
@@ -35,8 +37,23 @@ def backdrop(canvas: Canvas, axis: DepthAxis) -> Layer:
 
 
 def _background_colors(canvas: Canvas, shape: tuple[int, int], offset: tuple[int, int]) -> FloatArray:
-    """The colours of the background, continued smoothly, (h, w, 3)."""
-    weights = _is_background(canvas).astype(np.float32)
+    """The colours of the background, continued smoothly, (h, w, 3): the sky above, the ground below it."""
+    sky = canvas.surface.sky
+    ground = _continued(canvas, _farther_half(canvas), shape, offset)
+    if not sky.any():
+        return ground
+    rows = np.flatnonzero(sky.mean(axis=1) > SKY_SHARE)
+    horizon_px = (rows[-1] if len(rows) else 0) - canvas.pad_px[1] - offset[1]
+    below = np.clip(np.arange(shape[0]) + 0.5 - horizon_px / STRIDE_PX, 0, HORIZON_CELLS) / HORIZON_CELLS
+    share = (below * below * (3 - 2 * below)).astype(np.float32)[:, None, None]
+    return share * ground + (1 - share) * _continued(canvas, sky, shape, offset)
+
+
+def _continued(
+    canvas: Canvas, part: BoolArray, shape: tuple[int, int], offset: tuple[int, int]
+) -> FloatArray:
+    """The colours of one part of a canvas (H, W), continued smoothly, (h, w, 3)."""
+    weights = part.astype(np.float32)
     size = tuple(-(-side // STRIDE_PX) for side in weights.shape[::-1])
     share = cv2.resize(weights, size, interpolation=cv2.INTER_AREA)
     colors = cv2.resize(canvas.surface.image * weights[..., None], size, interpolation=cv2.INTER_AREA)
@@ -49,7 +66,7 @@ def _background_colors(canvas: Canvas, shape: tuple[int, int], offset: tuple[int
     return np.clip(push_pull(image, known), 0.0, 1.0)
 
 
-def _is_background(canvas: Canvas) -> BoolArray:
+def _farther_half(canvas: Canvas) -> BoolArray:
     """The farther half of every row, (H, W): what is near would be a stain behind itself."""
     shift = canvas.surface.shift
     return np.asarray(shift <= np.median(shift, axis=1, keepdims=True))

@@ -27,6 +27,7 @@ DEPTH_FREEDOM = 0.2  # relative depth that smoothing may move a layer away from 
 FIRST_RULE = FillRule()
 DEEPER_RULE = FillRule(scattered=64, guide_cost=0.0)  # small regions: no large shapes to guide
 BEHIND = 0.004  # relative depth margin behind the front
+SKY_STEP = 0.5  # relative inverse depth by which a point may be nearer than the sky and still be it
 PUSH_LIMIT = 0.1  # log depth beyond which a layer pixel is dropped instead of pushed back
 
 
@@ -156,6 +157,17 @@ def _freedom(shift: FloatArray, axis: DepthAxis) -> FloatArray:
     if axis.wide:
         return axis.step_of(shift, DEPTH_FREEDOM)
     return np.full_like(shift, DEPTH_FREEDOM * axis.base_px)
+
+
+def far_as_sky(shift: FloatArray, sky: FloatArray, axis: DepthAxis) -> BoolArray:
+    """Tells where a depth is that of the sky (h, w): averaged or carried back from aside, it is not even.
+
+    Args:
+        shift: (h, w) float32, px, what is asked about.
+        sky: (1,) float32, px, of the sky.
+        axis: the depth coordinate.
+    """
+    return np.asarray(shift <= sky + axis.step_of(sky, SKY_STEP))
 
 
 def behind_front(

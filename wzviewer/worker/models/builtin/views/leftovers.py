@@ -21,6 +21,7 @@ from wzviewer.worker.models.builtin.views.layers import (
     Original,
     Surface,
     behind_front,
+    far_as_sky,
 )
 from wzviewer.worker.models.builtin.views.mesh import EMPTY, OrbitView, rotation_of, splat_depth
 from wzviewer.worker.models.builtin.views.smoothing import dilated
@@ -63,6 +64,11 @@ def leftover_layer(
     mask = relief > UNSET
     relief, hidden = behind_front(np.where(mask, relief, front.relief), front.relief, axis)
     mask &= hidden
+    sky = np.zeros_like(mask)
+    if front.sky.any():
+        far = np.median(front.relief[front.sky], keepdims=True)
+        sky = mask & far_as_sky(axis.shift_of(relief), axis.shift_of(far), axis)
+        relief = np.where(sky, far, relief).astype(np.float32)
     shift = axis.shift_of(relief)
     behind = surfaces[-1]
     nearer = behind.shift > shift + axis.step_of(shift, CONTEXT_STEP)
@@ -73,7 +79,7 @@ def leftover_layer(
         original.log_depth, axis.log_of(shift), np.stack([rows, columns], axis=-1),
     )  # fmt: skip
     image = fill(task, DEEPER_RULE, seed, check)[0] if mask.any() else front.image
-    return Surface(image, shift, relief, front.sky), mask
+    return Surface(image, shift, relief, np.where(mask, sky, front.sky)), mask
 
 
 def _holes(

@@ -11,6 +11,7 @@ from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.backdrop import backdrop
 from wzviewer.worker.models.builtin.views.edges import clean_edges, has_steps
+from wzviewer.worker.models.builtin.views.hidden_sky import calm_sky, sky_field
 from wzviewer.worker.models.builtin.views.layers import (
     BEHIND,
     DEEPER_RULE,
@@ -19,6 +20,7 @@ from wzviewer.worker.models.builtin.views.layers import (
     Original,
     Surface,
     background_layer,
+    far_as_sky,
 )
 from wzviewer.worker.models.builtin.views.leftovers import leftover_layer
 from wzviewer.worker.models.builtin.views.outpaint import Canvas, outpaint, unpadded
@@ -31,6 +33,8 @@ PAD_STRIDE = 2
 OVERLAP_PX = 2
 MIN_LAYER_PIXELS = 16
 SKY_FRINGE_PX = 6
+LIKE_SKY = 0.5  # of the sky's depth, from which on a deep level counts a point as sky
+SAME_SKY = 0.85  # of the sky's depth; what is not sky is nearer (`depth.estimator.depth_from_reading`)
 
 
 @dataclass(frozen=True)
@@ -94,8 +98,8 @@ class ViewSynthesizer:
         stepped = has_steps(clean, axis, gain)
         if not (outside or stepped):
             return Completion(image, relief, ())
+        clean, sky = _with_sky(clean, shift, sky, axis)
         relief = np.where(clean == shift, relief, axis.relief_of(clean)).astype(np.float32)
-        sky = np.zeros(shift.shape, np.bool_) if sky is None else _sky_of(sky, clean, shift)
         frame = Surface(np.ascontiguousarray(image, np.float32), clean, relief, sky)
         canvas = outpaint(frame, axis, gain, seed, check) if outside else unpadded(frame)
         surfaces, masks = _background(canvas, axis, gain, seed, check)
@@ -107,16 +111,40 @@ class ViewSynthesizer:
                 masks[0],
                 *(mask & ~_inner_sky(s, frame.sky) for s, mask in zip(surfaces[1:], masks[1:], strict=True)),
             ]
-        layers = _layers(canvas, surfaces, masks, axis)
-        return Completion(image, relief, (*layers, backdrop(canvas, axis)) if outside else layers)
+        if not outside:
+            return Completion(image, relief, _layers(canvas, surfaces, masks, axis))
+        last = backdrop(canvas, axis)
+        surfaces = _under_one_sky(canvas, surfaces, masks, last)
+        return Completion(image, relief, (*_layers(canvas, surfaces, masks, axis), last))
 
 
-def _sky_of(sky: BoolArray, clean: FloatArray, shift: FloatArray) -> BoolArray:
-    """Moves the sky label (h, w) along with pixels that changed sides."""
-    if not sky.any():
-        return sky
-    horizon = float(np.max(shift[sky]))
-    return np.where(clean == shift, sky, clean <= horizon)
+def _under_one_sky(
+    canvas: Canvas, surfaces: list[Surface], masks: list[BoolArray], behind: Layer
+) -> list[Surface]:
+    """Returns the surfaces with one smooth sky in all that is hidden."""
+    field = sky_field(canvas, behind)
+    seen = canvas.surface.sky
+    calm = [
+        replace(s, image=calm_sky(s.image, s.sky & mask, seen & ~mask, field))
+        for s, mask in zip(surfaces[1:], masks[1:], strict=True)
+    ]
+    return [surfaces[0], *calm]
+
+
+def _with_sky(
+    clean: FloatArray, shift: FloatArray, sky: BoolArray | None, axis: DepthAxis
+) -> tuple[FloatArray, BoolArray]:
+    """Moves the sky label (h, w) along with pixels that changed sides, and lays them at its depth."""
+    if sky is None or not sky.any():
+        return clean, np.zeros(shift.shape, np.bool_)
+    far = np.median(shift[sky], keepdims=True).astype(np.float32)
+    if axis.wide:
+        now = np.where(clean != shift, far_as_sky(clean, far, axis), sky)
+        flat = now & (clean != shift)
+    else:  # the label is as coarse as the level before, the depth is not
+        share = axis.relief_of(clean) / axis.relief_of(far)
+        now, flat = share > LIKE_SKY, share > SAME_SKY
+    return np.where(flat, far, clean).astype(np.float32), np.asarray(now)
 
 
 def _inner_sky(surface: Surface, seen: BoolArray) -> BoolArray:

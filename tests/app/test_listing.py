@@ -1,0 +1,93 @@
+"""Choosing a file where the desktop has no dialogs for it."""
+
+import os
+from dataclasses import replace
+
+import pytest
+
+from tests.app.fakes import fake_services, make_scene, state_with
+from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply
+from wzviewer.app.listing import folder_of, listed, matching
+from wzviewer.app.state import Panels, empty_state
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("Zoo.JPG", "a flower.png", "scene.wz", "notes.txt", ".hidden.png"):
+        (tmp_path / name).touch()
+    (tmp_path / "Holiday").mkdir()
+    (tmp_path / "Holiday" / "beach.jpg").touch()
+    return tmp_path
+
+
+def test_a_folder_shows_what_can_be_opened(folder):
+    found = listed("open", str(folder))
+    assert found.folders == ("Holiday",)
+    assert found.files == ("a flower.png", "scene.wz", "Zoo.JPG")
+    assert listed("open path", str(folder)).files == ()
+    assert listed("save", str(folder)) is None
+
+
+def test_a_folder_is_read_once(folder):
+    found = listed("open", str(folder))
+    assert listed("open", str(folder / "a fl"), found) is found
+    assert listed("open", str(folder / "Holiday") + os.sep, found).files == ("beach.jpg",)
+
+
+def test_what_is_typed_narrows_the_list(folder):
+    found = listed("open", str(folder))
+    assert matching(found, str(folder / "flow")).files == ("a flower.png",)
+    assert matching(found, str(folder / "ho")).folders == ("Holiday",)
+    for whole in (folder, str(folder) + os.sep, folder / "scene.wz"):
+        assert matching(found, str(whole)) == found
+
+
+def test_nothing_is_a_folder_too(tmp_path):
+    assert listed("open", str(tmp_path / "no" / "such")).files == ()
+    assert folder_of("~").is_absolute()
+
+
+def test_clicks_enter_choose_and_open(screen, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    services, state = fake_services(), empty_state(1280, 800)
+    state = apply(services, state, [cmd.AskOpen()])
+    assert state.panels.dialog == "open"
+    for _ in range(3):
+        screen.frame(state)
+    rows = rows_of(screen, state)
+    state = apply(services, state, screen.click(state, *rows["folder Holiday"]))
+    assert state.panels.dialog_list.folder == folder / "Holiday"
+    rows = rows_of(screen, state)
+    state = apply(services, state, screen.click(state, *rows["file beach.jpg"]))
+    assert state.panels.dialog_path == str(folder / "Holiday" / "beach.jpg")
+    rows = rows_of(screen, state)
+    state = apply(services, state, screen.click(state, *rows["up"]))
+    assert state.panels.dialog_list.folder == folder
+
+
+def rows_of(screen, state):
+    """Where the rows of the list are drawn."""
+    from imgui_bundle import imgui
+
+    found, draw = {}, imgui.selectable
+
+    def noting(label, *arguments):
+        result = draw(label, *arguments)
+        upper, lower = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+        found[label.removeprefix("##")] = ((upper.x + lower.x) / 2, (upper.y + lower.y) / 2)
+        return result
+
+    imgui.selectable = noting
+    try:
+        screen.frame(state)
+    finally:
+        imgui.selectable = draw
+    return found
+
+
+def test_escape_closes_the_list(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    state = replace(state_with(make_scene(1)), panels=Panels())
+    state = apply(fake_services(), state, [cmd.AskOpen(), cmd.Escape()])
+    assert state.panels.dialog == ""
