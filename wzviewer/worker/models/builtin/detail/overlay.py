@@ -16,11 +16,15 @@ LEAST_LIGHT, MOST_STOPS = 6.0, 1.6
 
 
 def with_detail(
-    base: FloatArray, detail: FloatArray, observation: FloatArray, hue_per_level: FloatArray
+    base: FloatArray,
+    detail: FloatArray,
+    observation: FloatArray,
+    hue_per_level: FloatArray,
+    light_share: FloatArray | float = 0.5,
 ) -> FloatArray:
-    """Returns base plus detail, in grey levels: half as light, half as paint, a little as hue.
+    """Returns base plus detail, in grey levels: partly as light, partly as paint, a little as hue.
 
-    The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
+    The light keeps the ratio of the channels, hence the colour.  What the observation could see of the
     detail is taken out of it again.
 
     Args:
@@ -28,11 +32,13 @@ def with_detail(
         detail: ``(H, W)`` in grey levels.
         observation: ``(h, w, 3)`` in grey levels.
         hue_per_level: ``(3,)`` of the light that a grey level of detail shifts the colour by.
+        light_share: ``(H, W)`` or one for all; what is light of a leaf is green, not white.
     """
     unseen = _unseen(detail, observation)
     hue = _unseen(np.roll(blurred(detail, 1.2), (113, 71), (0, 1)), observation)
-    light = 0.5 * unseen / np.maximum(luma(base), 24)
-    return base * (1 + light[..., None]) + 0.5 * unseen[..., None] + hue[..., None] * hue_per_level
+    light = light_share * unseen / np.maximum(luma(base), 24)
+    paint = (1 - light_share) * unseen
+    return base * (1 + light[..., None]) + paint[..., None] + hue[..., None] * hue_per_level
 
 
 def multiplied(detail: FloatArray, plane: FloatArray) -> FloatArray:
