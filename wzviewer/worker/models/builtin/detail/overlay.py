@@ -21,10 +21,16 @@ LEAST_LIGHT, MOST_STOPS = 6.0, 2.1
 """In grey levels, and as a natural logarithm: no ridge in a shadow is more than eight times as light."""
 
 
-def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray, level: int) -> FloatArray:
+def with_detail(
+    base: FloatArray,
+    detail: FloatArray,
+    observation: FloatArray,
+    level: int,
+    light_share: FloatArray | float = 0.5,
+) -> FloatArray:
     """Returns base plus detail, in grey levels: as light, as paint, a little as hue.
 
-    The light half keeps the ratio of the channels, hence the colour.  What the observation could see of the
+    The light keeps the ratio of the channels, hence the colour.  What the observation could see of the
     detail is taken out of it again.
 
     Args:
@@ -32,9 +38,10 @@ def with_detail(base: FloatArray, detail: FloatArray, observation: FloatArray, l
         detail: ``(H, W)`` in grey levels.
         observation: ``(h, w, 3)`` in grey levels.
         level: of the new image: beyond the photograph's own, hue varies with the forms, see `tint`.
+        light_share: of a photograph's detail, ``(H, W)`` or one for all; light on a leaf is green, not white.
     """
     unseen = _unseen(detail, observation)
-    as_light = np.float32(0.5 if level <= 1 else DEEP_LIGHT)
+    as_light = np.float32(DEEP_LIGHT) if level > 1 else light_share
     light = as_light * unseen / np.maximum(luma(base), 24)
     image = base * (1 + light[..., None]) + ((1 - as_light) * unseen)[..., None]
     if level > 1:

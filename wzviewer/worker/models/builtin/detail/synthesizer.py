@@ -15,10 +15,8 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     PROMPTED_FLOOR,
     glossy,
     hems,
-    regional_sigma,
     sigma_map,
     wet_places,
-    woods,
 )
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
@@ -39,12 +37,17 @@ from wzviewer.worker.models.builtin.detail.measures import (
 )
 from wzviewer.worker.models.builtin.detail.overlay import (
     film_grain,
-    grain_rms,
     multiplied,
     roughened,
     with_detail,
 )
 from wzviewer.worker.models.builtin.detail.seams import most_in_light, unevenness, with_seams
+from wzviewer.worker.models.builtin.detail.tables import (
+    grain_table,
+    regional_table,
+    tints_table,
+    wood_table,
+)
 from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture, shrunk
 
 Fractions = tuple[float, float, float, float]
@@ -54,6 +57,7 @@ WET = "wet"
 """The material of an eye or a nose, of which only its gloss tells."""
 TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
 """In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
+COLOURED = frozenset({"foliage", "straw", "venation", "petal", "floret"})
 
 
 @dataclass(frozen=True)
@@ -235,10 +239,10 @@ class DetailSynthesizer:
             names=names,
             level=level,
             prompted=prompted is not None,
-            regional_sigma=_regional(context, names, level),
-            wood=_wood(context, names),
-            tints=_tints(context, names),
-            grain_rms=_grain(context, names, level),
+            regional_sigma=regional_table(context, names, level),
+            wood=wood_table(context, names),
+            tints=tints_table(context, names),
+            grain_rms=grain_table(context, names, level),
             seeds=seeds,
             stride=1,
             check=check or (lambda: None),
@@ -255,7 +259,7 @@ class DetailSynthesizer:
         detail = texture * self._sigma(job, place)
         if job.level > 1:
             detail = multiplied(detail, luma(base))
-        image = with_detail(base, detail, job.observation, job.level)
+        image = with_detail(base, detail, job.observation, job.level, _light_share(job, place))
         if job.grain_rms.any():
             grain = film_grain(texture.shape, job.seeds) * _spread(place, job.grain_rms)
             image += grain[..., None]
@@ -306,6 +310,13 @@ class DetailSynthesizer:
         return own * (1 - hems(_spread(coarse, natural), luma(job.observation)))
 
 
+def _light_share(job: _Job, place: Layout) -> FloatArray | float:
+    """What grows has its own colour also where it is lightest."""
+    shares = np.array([0.9 if name in COLOURED else 0.5 for name in job.names], np.float32)
+    coloured = job.level <= 1 and shares[list(place.shares)].max() > 0.5
+    return _spread(place, shares) if coloured else 0.5
+
+
 def _promised(db: float, job: _Job) -> float:
     """Returns the consistency, which only a broken factor may leave below the promise: see `projected`."""
     rows, columns = job.observation.shape[:2]
@@ -332,41 +343,6 @@ def without_strands_on_gloss(
     if not wet.any():
         return labels, names
     return np.where(wet, len(names), labels).astype(np.uint8), (*names, WET)
-
-
-def _regional(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
-    table = np.zeros(len(names), np.float32)
-    if level <= 1 and _of_context(names, context):
-        table[: len(context.regions)] = regional_sigma(context.regions, context.materials)
-    return table
-
-
-def _grain(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
-    table = np.zeros(len(names), np.float32)
-    if level <= 1 and context.regions:
-        known = grain_rms(context)
-        table[:] = known.min()
-        if _of_context(names, context):
-            table[: len(known)] = known
-    return table
-
-
-def _wood(context: Context, names: tuple[str, ...]) -> FloatArray:
-    table = np.zeros(len(names), np.float32)
-    if _of_context(names, context):
-        table[: len(context.regions)] = woods(context.regions, context.materials)
-    return table
-
-
-def _tints(context: Context, names: tuple[str, ...]) -> FloatArray:
-    table = np.zeros((len(names), 2), np.float32)
-    if _of_context(names, context):
-        table[: len(context.regions)] = [(r.green_red, r.blue_yellow) for r in context.regions]
-    return table
-
-
-def _of_context(names: tuple[str, ...], context: Context) -> bool:
-    return names[: len(context.materials)] == context.materials
 
 
 def doublings_for(factor: float) -> int:
