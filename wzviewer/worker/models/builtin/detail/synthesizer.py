@@ -261,7 +261,7 @@ class DetailSynthesizer:
             detail = multiplied(detail, luma(base))
         image = with_detail(base, detail, job.observation, job.level, _light_share(job, place))
         if job.grain_rms.any():
-            grain = film_grain(texture.shape, job.seeds) * _spread(place, job.grain_rms)
+            grain = film_grain(texture.shape, job.seeds) * _spread_or_one(place, job.grain_rms)
             image += grain[..., None]
         job.check()
         size = (job.width, job.height)
@@ -313,8 +313,7 @@ class DetailSynthesizer:
 def _light_share(job: _Job, place: Layout) -> FloatArray | float:
     """What grows has its own colour also where it is lightest."""
     shares = np.array([0.9 if name in COLOURED else 0.5 for name in job.names], np.float32)
-    coloured = job.level <= 1 and shares[list(place.shares)].max() > 0.5
-    return _spread(place, shares) if coloured else 0.5
+    return _spread_or_one(place, shares) if job.level <= 1 else 0.5
 
 
 def _promised(db: float, job: _Job) -> float:
@@ -376,6 +375,12 @@ def _spread(place: Layout, values: FloatArray) -> FloatArray:
     for label, share in place.shares.items():
         total += values[label] * share
     return total
+
+
+def _spread_or_one(place: Layout, values: FloatArray) -> FloatArray | float:
+    """Returns the values spread, or the one value that all labels of the place have, which takes no time."""
+    found = values[list(place.shares)]
+    return float(found[0]) if np.ptp(found) == 0 else _spread(place, values)
 
 
 def _resized(plane: FloatArray, width: int, height: int) -> FloatArray:
