@@ -13,7 +13,13 @@ from wzviewer.worker.models.builtin.detail.library import TileLibrary
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
 from wzviewer.worker.models.builtin.detail.noise import periodic_blur
 from wzviewer.worker.models.builtin.detail.octaves import BREATH, FORMS, evened
-from wzviewer.worker.models.builtin.detail.seams import dark_lines, most_in_light, unevenness, with_seams
+from wzviewer.worker.models.builtin.detail.seams import (
+    dark_lines,
+    most_in_light,
+    unevenness,
+    whole_forms,
+    with_seams,
+)
 from wzviewer.worker.models.builtin.detail.synthesizer import DetailSynthesizer
 from wzviewer.worker.models.builtin.detail.texture import tile_texture
 from wzviewer.worker.models.builtin.detail.tint import tinted
@@ -193,3 +199,14 @@ def test_light_leans_to_yellow_and_shade_away_from_it(colour):
     hue = cv2.cvtColor(np.clip(made / 255, 0, 1), cv2.COLOR_RGB2HSV)[..., 0]
     shade, light = abs(hue[4, 4] - 60), abs(hue[4, 12] - 60)
     assert light < shade - 5  # degrees; measured 11 and 16
+
+
+def test_what_an_eye_surrounds_is_of_the_eye():
+    y, x = np.mgrid[0:40, 0:60]
+    ring = np.abs(np.hypot(x - 30, y - 20) - 10) < 2
+    ring &= ~((y < 20) & (np.abs(x - 30) < 4))  # open above, where the light is
+    form = whole_forms(ring)
+    assert form[20, 30]
+    assert form[12, 30]
+    assert not form[5, 30]
+    assert not whole_forms(np.zeros((8, 8), bool)).any()

@@ -79,3 +79,16 @@ def most_in_light(grey: FloatArray) -> FloatArray:
     """
     room = np.float32(WHITE) - 0.5 * (grey.max(2) + luma(grey))
     return np.float32(ROOM_SHARE) * room + np.float32(0.8)
+
+
+def whole_forms(mask: BoolArray) -> BoolArray:
+    """Returns the mask with every piece filled up to its convex outline: the light in an eye is of the eye.
+
+    Args:
+        mask: ``(h, w)``.
+    """
+    filled = np.zeros(mask.shape, np.uint8)
+    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    for outline in outlines:
+        cv2.fillConvexPoly(filled, cv2.convexHull(outline), 1)
+    return np.asarray(filled > 0)
