@@ -115,7 +115,7 @@ MATERIALS: dict[str, Material] = {
         _material("skin", "skin or leather", "cornea", 0.8, 0.008, 0.04, 0.24, micro=0.01),
         _material("plaster", "painted wall", "grit", 0.6, 0.006, 0.026, 0.1),
         _material("ripple", "water", "caustic", 0.8, 0.008, 0.014, 0.3),
-        _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.05, 0.2),
+        _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.075, 0.2),
         _material("plankton", "what lives in water", "cytoplasm", 0.8, 0.012, 0.14, 0.6),
         _material("fibril", "strands of a fibre", "molecule", 0.9, 0.012, DEEP, 1.0, 26.0),
         _material("membrane", "folded membranes", "molecule", 0.9, 0.012, DEEP, 1.2, 26.0, "molecule"),
