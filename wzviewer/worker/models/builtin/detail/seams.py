@@ -17,7 +17,7 @@ DARKER = 0.7  # deviations of the surroundings
 LEAST_DARKER = 2.5  # grey levels: below that nobody sees a line
 PATCH_PX = 34.0  # of the observation, from a busy place to a calm one
 PATCHES, ON_FORMS = 0.35, 0.3
-WHITE, ROOM_SHARE = 262.0, 0.45
+WHITE, ROOM_SHARE = 262.0, 0.3
 LEAST_PX = 60  # of the observation; fewer are specks
 
 
