@@ -17,7 +17,7 @@ DARKER = 0.7  # deviations of the surroundings
 LEAST_DARKER = 2.5  # grey levels: below that nobody sees a line
 PATCH_PX = 34.0  # of the observation, from a busy place to a calm one
 PATCHES, ON_FORMS = 0.35, 0.3
-WHITE, ROOM_SHARE = 262.0, 0.45
+WHITE, ROOM_SHARE = 262.0, 0.3
 LEAST_PX = 60  # of the observation; fewer are specks
 
 
@@ -79,3 +79,16 @@ def most_in_light(grey: FloatArray) -> FloatArray:
     """
     room = np.float32(WHITE) - 0.5 * (grey.max(2) + luma(grey))
     return np.float32(ROOM_SHARE) * room + np.float32(0.8)
+
+
+def whole_forms(mask: BoolArray) -> BoolArray:
+    """Returns the mask with every piece filled up to its convex outline: the light in an eye is of the eye.
+
+    Args:
+        mask: ``(h, w)``.
+    """
+    filled = np.zeros(mask.shape, np.uint8)
+    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    for outline in outlines:
+        cv2.fillConvexPoly(filled, cv2.convexHull(outline), 1)
+    return np.asarray(filled > 0)

@@ -41,7 +41,7 @@ from wzviewer.worker.models.builtin.detail.overlay import (
     roughened,
     with_detail,
 )
-from wzviewer.worker.models.builtin.detail.seams import most_in_light, unevenness, with_seams
+from wzviewer.worker.models.builtin.detail.seams import most_in_light, unevenness, whole_forms, with_seams
 from wzviewer.worker.models.builtin.detail.tables import (
     grain_table,
     regional_table,
@@ -338,7 +338,7 @@ def without_strands_on_gloss(
     if not strands.any():
         return labels, names
     bare = np.array([name == "skin" for name in names])[labels]
-    wet = wet_places(luma(grey), strands | bare)
+    wet = whole_forms(wet_places(luma(grey), strands | bare)) & (strands | bare)
     if not wet.any():
         return labels, names
     return np.where(wet, len(names), labels).astype(np.uint8), (*names, WET)
