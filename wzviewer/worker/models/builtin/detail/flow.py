@@ -25,6 +25,8 @@ from wzviewer.worker.models.builtin.detail.measures import (
 
 FIELD_STEP_PX = 4
 """The direction field is stored on a grid this coarse."""
+NEAR_VOTES, CALM_VOTES = 1.0, 0.01
+"""Beyond the photograph a strand is as long as the picture: it turns once there, not in every blur."""
 PAPILLA_PX = 1.2
 WIDE_PX = 1.8
 """Strands as wide as this are drawn at half the size: a quarter of the work, the same look."""
@@ -65,19 +67,24 @@ GRAINS = {
 }
 
 
-def voted_direction(plane: FloatArray, width: int, height: int) -> tuple[FloatArray, FloatArray]:
+def voted_direction(
+    plane: FloatArray, width: int, height: int, near: float = NEAR_VOTES
+) -> tuple[FloatArray, FloatArray]:
     """Returns the unit vectors along the grain, ``(height / 4, width / 4)`` each, for a picture of that size.
 
     Args:
         plane: ``(h, w)`` luma of the observation in grey levels.
         width: width in px of the picture to be made.
         height: its height in px.
+        near: weight of the nearest surroundings; `CALM_VOTES` where they are blurs that point anywhere.
     """
     smooth = blurred(plane, 0.8)
     grad_x = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
     grad_y = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
     damping = 1 / np.sqrt(grad_x * grad_x + grad_y * grad_y + 0.25)  # or one contour outvotes a whole fur
-    xx, xy, yy = (_voted(a * b * damping) for a, b in ((grad_x, grad_x), (grad_x, grad_y), (grad_y, grad_y)))
+    xx, xy, yy = (
+        _voted(a * b * damping, near) for a, b in ((grad_x, grad_x), (grad_x, grad_y), (grad_y, grad_y))
+    )
     field = orientation_of_tensor(xx, xy, yy + 1e-4)
     cos2 = field.across_x**2 - field.across_y**2
     sin2 = 2 * field.across_x * field.across_y
@@ -86,9 +93,9 @@ def voted_direction(plane: FloatArray, width: int, height: int) -> tuple[FloatAr
     return np.cos(angle), np.sin(angle)
 
 
-def _voted(plane: FloatArray) -> FloatArray:
-    near, middle, far = blurred(plane, 4.0), widely_blurred(plane, 9), widely_blurred(plane, 20)
-    return near + 0.4 * middle + 0.12 * far + 0.02 * plane.mean()
+def _voted(plane: FloatArray, near: float) -> FloatArray:
+    close, middle, far = blurred(plane, 4.0), widely_blurred(plane, 9), widely_blurred(plane, 20)
+    return np.float32(near) * (close + 0.4 * middle) + 0.12 * far + 0.02 * plane.mean()
 
 
 def grain_texture(

@@ -253,7 +253,10 @@ class DetailSynthesizer:
         base = self._base(job.observation, job.doublings, job.level)
         job.check()
         place = layout(job.labels, base)
-        texture = painted_texture(place, job.names, job.observation, self._library, job.seeds, job.stride)
+        seen = job.observation
+        texture = painted_texture(
+            place, job.names, seen, self._library, job.seeds, job.stride, is_deep=job.level > 1
+        )
         job.check()
         base = roughened(base, texture, _roughness(job, place))
         detail = texture * self._sigma(job, place)

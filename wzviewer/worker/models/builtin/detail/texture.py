@@ -7,7 +7,14 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import ByteArray, FloatArray
-from wzviewer.worker.models.builtin.detail.flow import GRAINS, Grain, grain_texture, voted_direction
+from wzviewer.worker.models.builtin.detail.flow import (
+    CALM_VOTES,
+    GRAINS,
+    NEAR_VOTES,
+    Grain,
+    grain_texture,
+    voted_direction,
+)
 from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TILE_PX, TileLibrary
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, stretched
 from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, SPECTRA, evened
@@ -75,6 +82,7 @@ def painted_texture(
     library: TileLibrary,
     seeds: tuple[int, ...],
     stride: int = 1,
+    is_deep: bool = False,
 ) -> FloatArray:
     """Returns the texture of all materials, ``(H, W)``: local mean 0, local RMS 1.
 
@@ -85,13 +93,17 @@ def painted_texture(
         library: source of the tiles.
         seeds: of the randomness; the same seeds give the same bytes.
         stride: texture px per image px; 2 for a preview of half the size.
+        is_deep: beyond the photograph: its blurs are no strands to follow one by one.
     """
     height, width = place.labels.shape
     by_name: dict[str, FloatArray] = {}
     for label, share in place.shares.items():
         name = names[label]
         by_name[name] = by_name[name] + share if name in by_name else share
-    direction = voted_direction(luma(observation), width, height) if GRAINS.keys() & by_name.keys() else None
+    direction = None
+    if GRAINS.keys() & by_name.keys():
+        votes = CALM_VOTES if is_deep else NEAR_VOTES
+        direction = voted_direction(luma(observation), width, height, votes)
     total = np.zeros((height, width), np.float32)
     for name in sorted(by_name):
         rng = np.random.default_rng([*seeds, *name.encode()])
