@@ -13,6 +13,8 @@
         ▼
     places       "on the sunflower" -> a spot in the picture, by its look
         │          sizes    natural sizes against metres a pixel, and what is still seen
+    surfaces     where the depth steps: the front surface with room for it, and what lies behind its edge
+        ▼
     placement    relief of the support -> pose (tilt, heading, size), contact
         │          footing  what stands goes to the nearest surface that faces up
         ▼

@@ -1,6 +1,7 @@
 """Inserting one object into a picture: light, pose, march, shadow, composite, contact."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 
 import cv2
@@ -24,10 +25,13 @@ from wzviewer.worker.models.builtin.objects.pose import Pose
 from wzviewer.worker.models.builtin.objects.render import Layer, Scene, ground_shadow, render
 from wzviewer.worker.models.builtin.objects.shading import Setting
 from wzviewer.worker.models.builtin.objects.substances import recast
+from wzviewer.worker.models.builtin.objects.surfaces import beyond, on_front
 from wzviewer.worker.models.builtin.objects.words import ALOFT
 
 Check = Callable[[], object] | None
+_UPRIGHT_DEG = 60.0  # what is seen from the side stands, and has its own footing
 _HOVER = 0.40  # body lengths above its place
+_SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more
 _VEIL = 0.45  # share of what is seen under water that is the water
 _THROUGH_WATER = np.array([0.62, 0.86, 0.94], np.float32)
 _SHADOW_IN_WATER, _BLUR_IN_WATER_PX = 0.35, 1.2
@@ -51,14 +55,20 @@ def insert(
     cover: FloatArray | None = None,
 ) -> EditResult:
     """Returns the picture with one more object in it; `cover` (h, w) is where the water is that holds it."""
-    light = light or light_from_photo(result.image, centre, 0.5 * width_px)
     if request.name == "image":
+        light = light or light_from_photo(result.image, centre, 0.5 * width_px)
         return _insert_image(request, result, geometry, centre, width_px, seed, light)
     name = flight if request.hovers and (flight := f"{request.name} in flight") in FLYING else request.name
     body = body_of(name, seed, request.tint)
     height = _HOVER if request.hovers else 0.0
+    lies = body.tilt_deg[0] < _UPRIGHT_DEG and height == 0 and not request.submerged
+    if lies and request.count == 1 and not request.place:
+        centre = on_front(geometry, centre, width_px)
+    behind_edge = beyond(geometry, centre, width_px) if lies else np.zeros(geometry.relief.shape, bool)
+    own = replace(geometry, relief=np.where(behind_edge, np.float32(np.nan), geometry.relief))
+    light = light or light_from_photo(result.image, centre, 0.5 * width_px)
     rng = np.random.default_rng([seed, 5])
-    pose, plane = _posed(body, geometry, centre, width_px, rng, stands=height == 0 and not request.submerged)
+    pose, plane = _posed(body, own, centre, width_px, rng, stands=height == 0 and not request.submerged)
     bounce = _surroundings(result.image, centre, width_px)
     share, at = geometry.range_at(pose.position[2]), pose.position[2]
     size = share * pose.size_px  # in native px, which are those of the anchor
@@ -71,10 +81,11 @@ def insert(
     layer = drowned(render(scene, setting, check), water)
     if cover is not None:
         layer = without(layer, cover < 0.5)
-    ground = ground_shadow(scene, setting, _bumps(geometry.relief, plane, width_px), check, height)
+    ground = ground_shadow(scene, setting, _bumps(own.relief, plane, width_px), check, height)
     gain = composite.shadow_gain(ground, light, layer.alpha)
     if ALOFT & set(request.place):
         gain = np.ones_like(gain)  # too high for a shadow
+    gain = np.where(behind_edge, np.float32(1), gain)  # a shadow of contact ends where its surface does
     if geometry.sky is not None:
         gain = np.where(geometry.sky, np.float32(1), gain)  # nothing darkens the sky
     if water is not None:
@@ -205,7 +216,13 @@ def plane_image(plane: Plane, shape: tuple[int, int]) -> FloatArray:
 
 
 def _bumps(relief: FloatArray, plane: Plane, width_px: float) -> FloatArray:
-    """Returns what the support differs from its plane by, where it still is the same surface."""
-    off = relief - plane_image(plane, (relief.shape[0], relief.shape[1]))
-    soft = np.clip(np.nan_to_num(off), -0.12 * width_px, 0.12 * width_px).astype(np.float32)
+    """Returns what the support differs from its plane by, where it still is the same surface.
+
+    A sliver of depth that sticks out is an error of the depth at an edge: it would be lit inside the shadow.
+    """
+    off = np.nan_to_num(relief - plane_image(plane, (relief.shape[0], relief.shape[1])))
+    k = max(int(_SLIVER * width_px), 1) | 1
+    without = cv2.morphologyEx(off, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k)))
+    off = np.where(without - off > _SPIKE * width_px, without, off)
+    soft = np.clip(off, -0.12 * width_px, 0.12 * width_px).astype(np.float32)
     return np.asarray(cv2.GaussianBlur(soft, (0, 0), max(0.008 * width_px, 0.6)), np.float32)
