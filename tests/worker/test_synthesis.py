@@ -97,6 +97,17 @@ def test_a_child_shrunk_is_its_parent(models):
     assert 10 * np.log10(1 / error) > 40.0  # measured 42.1
 
 
+def test_what_a_prompt_asks_for_is_in_a_preview_where_it_will_be(models):
+    root = reconstruct_scene(picture("grey"), 0, models, Quiet())
+    report = Quiet()
+    camera = root.camera.zoomed_to_region(0.5, 0.5, 4.0)
+    synthesize_level([root], 1, camera, "a red lego brick", 1, models, report)
+    assert len(report.levels) == 4  # what is there, with the brick, complete, optimised
+    red = [level.image[..., 0] > level.image[..., 1:].max(-1) + 40.0 for level in report.levels]
+    assert red[0].sum() == 0
+    assert (red[1] & red[3]).sum() > 0.8 * (red[1] | red[3]).sum()  # measured .92
+
+
 def test_a_prompt_is_refused_before_any_work(models):
     report = Quiet()
     with pytest.raises(PromptError):

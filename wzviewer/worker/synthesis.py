@@ -19,7 +19,13 @@ from wzviewer.worker.levels import as_level, preview_level
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.photograph import sharpened, with_photo
 from wzviewer.worker.stages.stage0_initial_scene import flat_scene, read_scene
-from wzviewer.worker.stages.stage1_new_scale_image import edit_image, observe, preview_image, upscale_image
+from wzviewer.worker.stages.stage1_new_scale_image import (
+    edit_image,
+    observe,
+    preview_edit,
+    preview_image,
+    upscale_image,
+)
 from wzviewer.worker.steps import complete_scene, optimize_level, register_depth
 
 STAGE_SHARE = {0: 0.25, 1: 0.35, 2: 0.15, 3: 0.05, 4: 0.15, 5: 0.3}  # of the time of a level
@@ -106,7 +112,11 @@ def synthesize_level(
     with clock.stage(1, "new scale image"):
         # lines 11, 12 and 20: O, S and the target depth
         seen = sharpened(observe(path, camera, seed, report.check))
-        report.level(preview_level(preview_image(seen, models, seed), index, parent, prompt, seed))
+        quick = preview_image(seen, models, seed)
+        report.level(preview_level(quick, index, parent, prompt, seed))
+        if edit:  # what was asked for is seen within a second, too
+            quick = preview_edit(quick, edit, models, seed, report.check)
+            report.level(preview_level(quick, index, parent, prompt, seed))
         upscaled = upscale_image(seen, models, seed, report.check)  # lines 13, 14
         draft = edit_image(upscaled, edit, models, seed, report.check)  # lines 15-19
     with clock.stage(2, "depth registration"):

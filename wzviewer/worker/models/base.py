@@ -79,6 +79,11 @@ class ImageEditor(Protocol):
     def insertion(self, cutout: ByteArray, name: str) -> Edit:
         """Returns the edit that puts a picture (h, w, 4) uint8 in; `errors.PromptError` if it is none."""
 
+    def preview(
+        self, edit: Edit, image: FloatArray, geometry: Support, seed: int, check: Check | None = None
+    ) -> EditResult:
+        """Does `apply` quickly and more softly, at the same places."""
+
     def apply(
         self, edit: Edit, image: FloatArray, geometry: Support, seed: int, check: Check | None = None
     ) -> EditResult:

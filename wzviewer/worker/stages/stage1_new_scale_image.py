@@ -187,6 +187,13 @@ def preview_image(seen: Observation, models: Synthesizer, seed: int) -> Draft:
     return _draft(seen, image)
 
 
+def preview_edit(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: Check) -> Draft:
+    """The quick I' with what the prompt asks for, softer than it will be, at the place where it will be."""
+    result = models.editor.preview(edit, draft.image, _support(draft), seed, check)
+    relief = np.where(result.object_mask, result.object_relief, draft.relief)
+    return replace(draft, image=result.image, relief=relief.astype(np.float32))
+
+
 def upscale_image(seen: Observation, models: Synthesizer, seed: int, check: Check) -> Draft:
     """I' = SR(O, S) (lines 13 and 14); an extension is no closer, so that O is what it shows."""
     width, height = seen.camera.width, seen.camera.height
@@ -212,10 +219,7 @@ def _resized(image: FloatArray, width: int, height: int) -> FloatArray:
 
 def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: Check) -> Draft:
     """I = Edit(I', U) (lines 15-19); objects of coarser levels are drawn again, finer."""
-    camera = draft.camera
-    ray = ((camera.width / 2 - camera.cx) / camera.fx, (camera.height / 2 - camera.cy) / camera.fy)
-    metres = metres_of(draft.path[0], camera, draft.frame, draft.relief, draft.sky)
-    support = Support(draft.relief, camera.focal_px, *ray, sky=draft.sky, metres_per_px=metres)
+    support = _support(draft)
     for level in draft.path:
         draft = _redrawn(draft, level, models, support, seed, check)
     if not edit:
@@ -231,6 +235,14 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     if any(request.pixels is not None for request in edit.objects):
         notes["cutout"] = True
     return replace(draft, notes=notes)
+
+
+def _support(draft: Draft) -> Support:
+    """What objects stand on: the target depth, with the rays and the size in metres of the view."""
+    camera = draft.camera
+    ray = ((camera.width / 2 - camera.cx) / camera.fx, (camera.height / 2 - camera.cy) / camera.fy)
+    metres = metres_of(draft.path[0], camera, draft.frame, draft.relief, draft.sky)
+    return Support(draft.relief, camera.focal_px, *ray, sky=draft.sky, metres_per_px=metres)
 
 
 def _redrawn(
