@@ -64,8 +64,8 @@ def insert(
     lies = body.tilt_deg[0] < _UPRIGHT_DEG and height == 0 and not request.submerged
     if lies and request.count == 1 and not request.place:
         centre = on_front(geometry, centre, width_px)
-    behind_edge = beyond(geometry, centre, width_px) if lies else np.zeros(geometry.relief.shape, bool)
-    own = replace(geometry, relief=np.where(behind_edge, np.float32(np.nan), geometry.relief))
+    behind_edge = beyond(geometry, centre, width_px) if lies else np.zeros_like(geometry.relief)
+    own = replace(geometry, relief=np.where(behind_edge > 0.5, np.float32(np.nan), geometry.relief))
     light = light or light_from_photo(result.image, centre, 0.5 * width_px)
     rng = np.random.default_rng([seed, 5])
     pose, plane = _posed(body, own, centre, width_px, rng, stands=height == 0 and not request.submerged)
@@ -85,7 +85,7 @@ def insert(
     gain = composite.shadow_gain(ground, light, layer.alpha)
     if ALOFT & set(request.place):
         gain = np.ones_like(gain)  # too high for a shadow
-    gain = np.where(behind_edge, np.float32(1), gain)  # a shadow of contact ends where its surface does
+    gain = gain + behind_edge * (1 - gain)  # a shadow of contact ends where its surface does
     if geometry.sky is not None:
         gain = np.where(geometry.sky, np.float32(1), gain)  # nothing darkens the sky
     if water is not None:

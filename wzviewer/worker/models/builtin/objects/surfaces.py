@@ -23,6 +23,7 @@ _AROUND = 0.34  # of the body's width: its trunk and half of its legs, to each s
 _WELL = 0.20  # of the body's width to the edge: the trunk is on it, legs may hang over
 _ROOM = (0.13, 0.07)  # what will do
 _FRONT = 0.20  # of the body's width: what is farther off is behind
+_BEHIND, _APART = 0.6, 1.0  # of the body's width: behind without doubt; past a sharp edge
 _SPECK = 0.05  # of the body's width: no surface is so small
 _HOLD = 0.9  # of the body's width: its own surface is what hangs together with its middle in there
 
@@ -118,8 +119,11 @@ def on_front(support: Support, centre: tuple[float, float], width_px: float) -> 
     return centre
 
 
-def beyond(support: Support, centre: tuple[float, float], width_px: float) -> BoolArray:
-    """Tells where (h, w) another surface lies behind the one at a pixel, past a step.
+def beyond(support: Support, centre: tuple[float, float], width_px: float) -> FloatArray:
+    """Returns (h, w) 0..1 how much another surface lies behind the one at a pixel, past a step.
+
+    Soft where the depth falls softly: the edge of what curls away is nowhere, and a sharp end of a shadow
+    would draw one.
 
     Args:
         support: relief of the view.
@@ -130,7 +134,7 @@ def beyond(support: Support, centre: tuple[float, float], width_px: float) -> Bo
     surfaces = Surfaces.of(support, centre, width_px)
     parts = surfaces.parts(_ROOM[-1] * width_px, _HOLD * width_px)
     if surfaces.is_whole(_HOLD * width_px) or not parts:
-        return np.zeros((h, w), bool)
+        return np.zeros((h, w), np.float32)
     own = min(parts, key=lambda part: float(surfaces.away[surfaces.nearest(part)]))
     k = 2 * round(_ROOM[-1] * width_px / surfaces.pitch) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k))
@@ -143,8 +147,9 @@ def beyond(support: Support, centre: tuple[float, float], width_px: float) -> Bo
     # At full size, so that a sharp edge is met to the pixel.
     level = cv2.resize(edge[reached], (w, h), interpolation=cv2.INTER_LINEAR)
     other = cv2.resize((~own).astype(np.uint8), (w, h), interpolation=cv2.INTER_NEAREST) > 0
-    with np.errstate(invalid="ignore"):
-        behind = other & (heights(support) > level + _FRONT * width_px)
+    depth = np.nan_to_num((heights(support) - level) / np.float32(width_px))
+    share = np.where(other, np.clip((depth - _FRONT) / (_BEHIND - _FRONT), 0, 1), 0).astype(np.float32)
     k = round(_SPECK * width_px) | 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k))
-    return np.asarray(cv2.morphologyEx(behind.astype(np.uint8), cv2.MORPH_OPEN, disc) > 0)
+    share = cv2.morphologyEx(share, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k)))
+    soft = cv2.GaussianBlur(share, (0, 0), max(0.3 * _SPECK * width_px, 0.6))
+    return np.where(other & (depth > _APART), share, soft).astype(np.float32)
