@@ -15,11 +15,12 @@ from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.objects.placement import Support
 
 _THUMB_PX = 136
-_STEEP = 3.0  # px of height a px: steeper is no surface to lie on but the step between two
+_STEP = 4.5  # px of height a px: steeper is no surface, it parts two
+_STEEP = 3.0  # px of height a px: steeper is no place to lie on, once a place has to be looked for
 _JUMP = 0.08  # of the body's width, within three pixels of the thumbnail: less is roughness
 _BAND = 0.4  # of the body's width: what is steep for longer is a slope
 _REACH = 0.18  # of the view's width: farther is not where the user looks
-_AROUND = 0.34  # of the body's width: its trunk and half of its legs, to each side
+_AROUND = 0.28  # of the body's width: its trunk, to each side
 _WELL = 0.20  # of the body's width to the edge: the trunk is on it, legs may hang over
 _ROOM = (0.13, 0.07)  # what will do
 _FRONT = 0.20  # of the body's width: what is farther off is behind
@@ -45,8 +46,10 @@ class Surfaces:
     pitch: float
 
     @classmethod
-    def of(cls, support: Support, centre: tuple[float, float], width_px: float) -> "Surfaces":
-        """Parts a view at its steps, for a body of a width at a pixel (x, y)."""
+    def of(
+        cls, support: Support, centre: tuple[float, float], width_px: float, steep: float = _STEP
+    ) -> "Surfaces":
+        """Parts a view where it is steep, for a body of a width at a pixel (x, y)."""
         h, w = support.relief.shape
         pitch = max(w / _THUMB_PX, 1.0)
         size = (max(round(w / pitch), 4), max(round(h / pitch), 4))
@@ -55,7 +58,7 @@ class Surfaces:
         height = cv2.medianBlur(np.where(free, height, 0).astype(np.float32), 5)  # specks are noise
         window = np.ones((3, 3), np.uint8)
         rise = cv2.dilate(height, window) - cv2.erode(height, window)
-        least = max(_STEEP * 2 * pitch, _JUMP * width_px)
+        least = max(steep * 2 * pitch, _JUMP * width_px)
         k = max(round(_BAND * width_px / pitch), 3) | 1
         slope = cv2.morphologyEx(rise, cv2.MORPH_OPEN, np.ones((k, k), np.uint8))
         free &= (rise <= least) | (rise - slope <= 0.5 * least)
@@ -101,9 +104,9 @@ def on_front(support: Support, centre: tuple[float, float], width_px: float) -> 
         centre: (x, y) px, the middle of the body.
         width_px: of the body.
     """
-    surfaces = Surfaces.of(support, centre, width_px)
-    if surfaces.is_whole(_AROUND * width_px):
+    if Surfaces.of(support, centre, width_px).is_whole(_AROUND * width_px):
         return centre
+    surfaces = Surfaces.of(support, centre, width_px, _STEEP)
     for room in _ROOM:
         parts = surfaces.parts(room * width_px, _REACH * support.relief.shape[1])
         if not parts:
