@@ -125,7 +125,7 @@ def start_page(stage: Stage) -> None:
 
 def prompt(stage: Stage) -> None:
     """Deep in the scene, a word half typed."""
-    stage.go_to(2)
+    stage.go_to(2, notches=-2.0)  # the whole ladybug below the toolbar
     stage.app.do(cmd.FocusPrompt())
     stage.type("a blue b")
     stage.take("prompt")
