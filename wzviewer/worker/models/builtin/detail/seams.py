@@ -16,6 +16,8 @@ SURROUNDINGS_PX = 6.0  # of the observation
 DARKER = 0.7  # deviations of the surroundings
 LEAST_DARKER = 2.5  # grey levels: below that nobody sees a line
 PATCH_PX = 34.0  # of the observation, from a busy place to a calm one
+BORDER_SHARE, AT_BORDER = 0.17, 0.15
+"""Of the shorter side: over how much of it texture fades in; its contrast at the very border."""
 PATCHES, ON_FORMS = 0.35, 0.3
 WHITE, ROOM_SHARE = 262.0, 0.3
 LEAST_PX = 60  # of the observation; fewer are specks
@@ -69,6 +71,17 @@ def unevenness(plane: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
     form = np.tanh(away / (local_rms(away, 2 * SURROUNDINGS_PX) + np.float32(2)))
     factor: FloatArray = 1 + np.float32(PATCHES) * patches + np.float32(ON_FORMS) * form
     return factor.clip(0.35, 1.8)
+
+
+def faded_border(width: int, height: int) -> FloatArray:
+    """Returns ``(h, w)``: 1 inside, `AT_BORDER` at the border, a smooth step between.
+
+    From farther away a level lies in its parent, which has none of its texture: a rectangle of cells on a
+    smooth petal.
+    """
+    x, y = (np.minimum(np.arange(n), np.arange(n)[::-1]) + 0.5 for n in (width, height))
+    t = np.clip(np.minimum(y[:, None], x[None]) / (BORDER_SHARE * min(width, height)), 0, 1)
+    return (AT_BORDER + (1 - AT_BORDER) * t * t * (3 - 2 * t)).astype(np.float32)
 
 
 def most_in_light(grey: FloatArray) -> FloatArray:

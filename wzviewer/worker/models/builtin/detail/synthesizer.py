@@ -41,7 +41,13 @@ from wzviewer.worker.models.builtin.detail.overlay import (
     roughened,
     with_detail,
 )
-from wzviewer.worker.models.builtin.detail.seams import most_in_light, unevenness, whole_forms, with_seams
+from wzviewer.worker.models.builtin.detail.seams import (
+    faded_border,
+    most_in_light,
+    unevenness,
+    whole_forms,
+    with_seams,
+)
 from wzviewer.worker.models.builtin.detail.tables import (
     grain_table,
     regional_table,
@@ -290,7 +296,8 @@ class DetailSynthesizer:
                 sigma *= 1 - _spread(coarse, strands) * glossy(plane)
             sigma *= self._belonging(job, coarse)
         elif job.level > 1:
-            sigma = np.minimum(sigma * unevenness(plane, job.seeds), most_in_light(job.observation))
+            uneven = unevenness(plane, job.seeds) * faded_border(width, height)
+            sigma = np.minimum(sigma * uneven, most_in_light(job.observation))
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
     @staticmethod
