@@ -1,6 +1,8 @@
 """Algorithm 1 in one process, on pictures of unusual shape: what holds for every level."""
 
 import math
+from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from wzviewer.worker.draft import visible_parts
 from wzviewer.worker.levels import context_of
 from wzviewer.worker.models.registry import load_synthesizer
 from wzviewer.worker.rasterize import render
-from wzviewer.worker.stages.stage1_new_scale_image import observe
+from wzviewer.worker.stages.stage1_new_scale_image import observe, preview_image
 from wzviewer.worker.synthesis import reconstruct_scene, synthesize_level
 
 
@@ -106,6 +108,17 @@ def test_what_a_prompt_asks_for_is_in_a_preview_where_it_will_be(models):
     red = [level.image[..., 0] > level.image[..., 1:].max(-1) + 40.0 for level in report.levels]
     assert red[0].sum() == 0
     assert (red[1] & red[3]).sum() > 0.8 * (red[1] | red[3]).sum()  # measured .92
+
+
+def test_a_preview_of_what_hardly_grows_needs_no_network(models):
+    root = reconstruct_scene(picture("portrait"), 0, models, Quiet())
+    detail = Mock(wraps=models.detail)
+    watched = replace(models, detail=detail)
+    for factor, calls in ((2.0, 0), (4.0, 1)):
+        seen = observe([root], root.camera.zoomed_to_region(0.5, 0.5, factor))
+        image = preview_image(seen, watched, 0).image
+        assert image.shape == root.image.shape
+        assert detail.preview.call_count == calls
 
 
 def test_a_prompt_is_refused_before_any_work(models):

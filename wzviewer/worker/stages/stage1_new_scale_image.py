@@ -38,6 +38,7 @@ SPECK_PX, ISLAND_SHARE = 7, 0.3  # of the largest piece of what is known
 EMPTY_SHARE = 0.35  # of a pixel; between its surfels a surface lets through up to an eighth of what is behind
 SKY_RELIEF_SHARE = 0.5  # a point this close to the depth of the sky counts as sky
 
+PLAIN_UP_TO = 2  # enlarged so little, a preview is what a network took two seconds for
 Check = Callable[[], None]
 
 
@@ -179,7 +180,7 @@ def _sky(path: Sequence[Level], relief: Any, anchor: tuple[float, float]) -> Boo
 def preview_image(seen: Observation, models: Synthesizer, seed: int) -> Draft:
     """A first, quick I': seen within a second, replaced later."""
     width, height = seen.camera.width, seen.camera.height
-    if seen.is_extension:
+    if seen.is_extension or PLAIN_UP_TO * seen.image.shape[1] >= width:
         return _draft(seen, _resized(seen.image, width, height))
     context, region = _context(seen)
     shared = (context, region, seed, len(seen.path))
