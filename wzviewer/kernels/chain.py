@@ -9,7 +9,7 @@ import numpy as np
 
 from wzviewer.core.constants import OPACITY_MAX, OPACITY_MIN
 from wzviewer.core.types import FloatArray
-from wzviewer.kernels.elementary import BLOCK, FLAGS, HALF, LOG2_E, ONE, TWO, ZERO, exp2
+from wzviewer.kernels.elementary import BLOCK, HALF, LOG2_E, ONE, ORDERED_FLAGS, TWO, ZERO, exp2
 from wzviewer.kernels.projection import jacobian, tangents
 
 OPACITY_GAIN = 0.51
@@ -25,13 +25,13 @@ def opacity_variable(opacities: FloatArray) -> FloatArray:
     return np.arctanh(np.clip(centred, -0.985, 0.985)).astype(np.float32)
 
 
-@numba.njit(fastmath=FLAGS)
+@numba.njit(fastmath=ORDERED_FLAGS)
 def _tanh(x: np.float32) -> np.float32:
     x = min(max(x, -_TANH_MAX), _TANH_MAX)
     return ONE - TWO / (exp2(TWO * LOG2_E * x) + ONE)
 
 
-@numba.njit(cache=True, nogil=True, parallel=True, fastmath=FLAGS)
+@numba.njit(cache=True, nogil=True, parallel=True, fastmath=ORDERED_FLAGS)
 def activate(log_scales: FloatArray, x: FloatArray, scales: FloatArray, opacities: FloatArray) -> None:
     """Writes scales (n, 2) = exp(log_scales) and opacities (n,) = clip(0.51 tanh x + 0.5)."""
     n = x.size
@@ -42,7 +42,7 @@ def activate(log_scales: FloatArray, x: FloatArray, scales: FloatArray, opacitie
             opacities[i] = min(max(_GAIN * _tanh(x[i]) + HALF, _LOW), _HIGH)
 
 
-@numba.njit(fastmath=FLAGS)
+@numba.njit(fastmath=ORDERED_FLAGS)
 def _quat_gradient(
     quats: FloatArray,
     i: int,
@@ -65,7 +65,7 @@ def _quat_gradient(
     return k * (dw - along * w), k * (dx - along * x), k * (dy - along * y), k * (dz - along * z)
 
 
-@numba.njit(cache=True, nogil=True, parallel=True, fastmath=FLAGS)
+@numba.njit(cache=True, nogil=True, parallel=True, fastmath=ORDERED_FLAGS)
 def chain(
     means: FloatArray,
     quats: FloatArray,

@@ -13,6 +13,9 @@ from wzviewer.core import constants
 
 FLAGS = {"reassoc", "contract", "nsz", "arcp", "nnan", "ninf"}  # where no nan or inf can arrive
 SAFE_FLAGS = {"reassoc", "contract", "nsz", "arcp"}  # where data from outside is tested
+ORDERED_FLAGS = FLAGS - {"reassoc"}
+"""For long formulas: a loop is optimised once when compiled and once more for the cache, and sums that may be
+reordered then differ between the first run and all later ones."""
 
 ZERO, HALF, ONE, TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 CUT = np.float32(constants.ALPHA_CUT)

@@ -120,13 +120,16 @@ def loss_gradient(
                 d1[x + RADIUS] += g[k] * partials[0, c, y + k - RADIUS, x]
                 d2[x + RADIUS] += g[k] * partials[1, c, y + k - RADIUS, x]
                 d3[x + RADIUS] += g[k] * partials[2, c, y + k - RADIUS, x]
+        blurred = np.empty((3, width), np.float32)
+        for x in range(width):
+            blurred[0, x], blurred[1, x] = _horizontal(d1, g, x), _horizontal(d2, g, x)
+            blurred[2, x] = _horizontal(d3, g, x)
         total = 0.0
         for x in range(width):
             value, aim = image[c, y, x], target[c, y, x]
             difference = value - aim
             sign = ONE if difference > ZERO else (-ONE if difference < ZERO else ZERO)
-            d_ssim = _horizontal(d1, g, x) + TWO * value * _horizontal(d2, g, x)
-            d_ssim += aim * _horizontal(d3, g, x)
+            d_ssim = blurred[0, x] + TWO * value * blurred[1, x] + aim * blurred[2, x]
             gradient[c, y, x] = mask[y, x] * (l1 * sign - ssim * d_ssim)
             total += abs(difference)
         row_sums[task] = total
