@@ -7,7 +7,8 @@ import pytest
 
 from tests.app.fakes import fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
-from wzviewer.app.apply import apply
+from wzviewer.app.apply import apply, drain
+from wzviewer.app.errands import AtOnce
 from wzviewer.app.listing import folder_of, listed, matching
 from wzviewer.app.state import Panels, empty_state
 
@@ -91,3 +92,28 @@ def test_escape_closes_the_list(folder, monkeypatch):
     state = replace(state_with(make_scene(1)), panels=Panels())
     state = apply(fake_services(), state, [cmd.AskOpen(), cmd.Escape()])
     assert state.panels.dialog == ""
+
+
+def test_a_folder_is_read_beside_the_frames(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    waiting = Waiting()
+    services, state = replace(fake_services(), errands=waiting), empty_state(1280, 800)
+    state = apply(services, state, [cmd.AskOpen()])
+    assert state.errand is not None
+    assert not state.panels.dialog_list.is_read
+    assert apply(services, state, [cmd.EditPath(str(folder / "Zo"))]).errand is state.errand  # once
+    waiting.work_now()
+    state = drain(services, state, 0.0)
+    assert state.errand is None
+    assert state.panels.dialog_list.files == ("a flower.png", "scene.wz", "Zoo.JPG")
+    assert apply(services, state, [cmd.Escape()]).panels.dialog_list is None
+
+
+class Waiting(AtOnce):
+    """A disk that takes its time."""
+
+    def start(self, errand, work):
+        self._begun = errand, work
+
+    def work_now(self):
+        super().start(*self._begun)

@@ -192,7 +192,7 @@ def apply(services: Services, state: AppState, commands: Iterable[cmd.Command]) 
     """Carries out commands in order; a fault becomes a notice."""
     for command in commands:
         state = _guarded(HANDLERS[type(command)], services, state, command)
-        state = hint.after(services, state, command)
+        state = documents.follow_listing(services, hint.after(services, state, command))
     return state
 
 
@@ -206,7 +206,7 @@ def drain(services: Services, state: AppState, budget_s: float) -> AppState:
     for event in events:
         log_event(event)
         state = _guarded(generation.on_event, services, state, event)
-    state = documents.follow_errand(services, state)
+    state = documents.follow_listing(services, documents.follow_errand(services, state))
     state = _guarded(documents.open_next, services, state, None)
     if generation.is_goal_reached(state):
         # Taken off first: a fault is told once, and not again every frame.

@@ -1,5 +1,6 @@
 """Opening, saving and closing.  Unsaved levels are never dropped without asking."""
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -9,7 +10,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.errands import Errand
 from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
-from wzviewer.app.listing import listed
+from wzviewer.app.listing import Listing, listed, to_read
 from wzviewer.app.reopening import note_document
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
@@ -240,7 +241,7 @@ def ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) ->
     if has_dialog:
         return state
     text = suggestion if kind.startswith("open") else str(Path.cwd() / suggestion)
-    found = listed(kind, text)
+    found = to_read(kind, text)
     panels = replace(state.panels, dialog=kind, dialog_path=text, dialog_note="", dialog_list=found)
     return replace(state, panels=panels)
 
@@ -248,9 +249,30 @@ def ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) ->
 def edit_path(services: Services, state: AppState, command: cmd.EditPath) -> AppState:
     """The path line holds another text."""
     panels = state.panels
-    found = listed(panels.dialog, command.text, panels.dialog_list)
+    found = to_read(panels.dialog, command.text, panels.dialog_list)
     panels = replace(panels, dialog_path=command.text, dialog_note="", dialog_list=found)
     return replace(state, panels=panels)
+
+
+def follow_listing(services: Services, state: AppState) -> AppState:
+    """Begins to read the folder that the open dialog is in: a network's may take seconds."""
+    kind, wanted = state.panels.dialog, state.panels.dialog_list
+    if wanted is None or wanted.is_read or state.errand is not None:
+        return state
+    folder = wanted.folder
+    errand = Errand(
+        f"Reading {folder.name}",
+        lambda services, state, found: _with_listing(state, found),
+        lambda services, state, line: _with_listing(state, Listing(folder)),
+    )
+    return run_errand(services, state, errand, lambda: listed(kind, str(folder) + os.sep))
+
+
+def _with_listing(state: AppState, found: Listing) -> AppState:
+    wanted = state.panels.dialog_list
+    if wanted is None or wanted.folder != found.folder:  # the user has gone on
+        return state
+    return replace(state, panels=replace(state.panels, dialog_list=found))
 
 
 def close(services: Services, state: AppState, command: cmd.Close) -> AppState:
@@ -279,4 +301,5 @@ def follow_making(state: AppState) -> AppState:
 
 def without_dialog(state: AppState) -> AppState:
     """Returns the state with the dialog closed."""
-    return replace(state, panels=replace(state.panels, dialog="", dialog_path="", dialog_note=""))
+    panels = replace(state.panels, dialog="", dialog_path="", dialog_note="", dialog_list=None)
+    return replace(state, panels=panels)

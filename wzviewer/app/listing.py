@@ -17,11 +17,13 @@ class Listing:
         folder: its path.
         folders: names of the folders in it, by name.
         files: names of the files that can be opened, by name.
+        is_read: whether it is known yet what stands in it.
     """
 
     folder: Path
     folders: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
+    is_read: bool = True
 
 
 def folder_of(text: str) -> Path:
@@ -29,6 +31,14 @@ def folder_of(text: str) -> Path:
     path = Path(text.strip() or ".").expanduser().absolute()
     is_inside = text.rstrip().endswith(("/", os.sep)) or path.is_dir()
     return path if is_inside else path.parent
+
+
+def to_read(kind: str, text: str, before: Listing | None = None) -> Listing | None:
+    """Returns the listing of a typed path's folder, still to be read unless it is the one before."""
+    if kind not in SUFFIXES:
+        return None
+    folder = folder_of(text)
+    return before if before is not None and before.folder == folder else Listing(folder, is_read=False)
 
 
 def listed(kind: str, text: str, before: Listing | None = None) -> Listing | None:

@@ -255,15 +255,14 @@ class GlfwWindow:
         glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
         glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE)  # macOS gives 3.3 on no other terms
         glfw.window_hint(glfw.SCALE_TO_MONITOR, glfw.TRUE)
-        glfw.window_hint(glfw.CONTEXT_ROBUSTNESS, glfw.LOSE_CONTEXT_ON_RESET)  # and it says so
         window = None
-        for version in GL_VERSIONS:
-            glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, version // 100)
-            glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, version // 10 % 10)
-            window = window or glfw.create_window(*size, TITLE, None, None)
-        if not window:  # a driver that takes no such hint
-            glfw.window_hint(glfw.CONTEXT_ROBUSTNESS, glfw.NO_ROBUSTNESS)
-            window = glfw.create_window(*size, TITLE, None, None)
+        # A driver that does not tell of resets is asked for every version once more.
+        for robustness in (glfw.LOSE_CONTEXT_ON_RESET, glfw.NO_ROBUSTNESS):
+            glfw.window_hint(glfw.CONTEXT_ROBUSTNESS, robustness)
+            for version in GL_VERSIONS:
+                glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, version // 100)
+                glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, version // 10 % 10)
+                window = window or glfw.create_window(*size, TITLE, None, None)
         if not window:
             glfw.terminate()
             raise ContextError("window", "no OpenGL 3.3", "Update the graphics driver")

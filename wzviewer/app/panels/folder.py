@@ -40,7 +40,7 @@ def draw_folder(ui: Ui, listing: Listing, text: str) -> list[cmd.Command]:
     if not (found.folders or found.files):
         imgui.set_cursor_pos((ui.pt(ICON_PT + 6), imgui.get_cursor_pos_y() + ui.pt(4)))
         with colored(ui.colors.muted):
-            imgui.text_unformatted("Nothing here that can be opened")
+            imgui.text_unformatted("Nothing here that can be opened" if listing.is_read else "Reading …")
     imgui.end_child()
     imgui.pop_style_var(2)
     return commands

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
-from wzviewer.worker.models.builtin.detail.clusters import Region, statistics
+from wzviewer.worker.models.builtin.detail.clusters import Region, split_off
 from wzviewer.worker.models.builtin.detail.measures import (
     area_down,
     dense_rms,
@@ -46,8 +46,7 @@ def with_cloths(
     cloth &= candidates
     if cloth.mean() < LEAST_SHARE:
         return labels, regions, names
-    found = statistics(image, cloth.astype(np.uint8), 2)[1]
-    return np.where(cloth, len(regions), labels).astype(np.uint8), (*regions, found), (*names, "weave")
+    return *split_off(image, labels, regions, cloth), (*names, "weave")
 
 
 def _woven(grey: FloatArray, least_fine: float) -> BoolArray:

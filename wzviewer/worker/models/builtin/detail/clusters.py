@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from wzviewer.core.types import ByteArray, FloatArray
+from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.measures import (
     blurred,
     dense_rms,
@@ -95,6 +95,14 @@ def statistics(image: FloatArray, labels: ByteArray, count: int) -> tuple[Region
     size = (maps.coherence.shape[1], maps.coherence.shape[0])
     small = cv2.resize(labels, size, interpolation=cv2.INTER_NEAREST)
     return tuple(_region(maps, small == index) for index in range(count))
+
+
+def split_off(
+    image: FloatArray, labels: ByteArray, regions: tuple[Region, ...], mask: BoolArray
+) -> tuple[ByteArray, tuple[Region, ...]]:
+    """Returns labels and regions with one region more, the last, where the mask ``(h, w)`` is."""
+    found = statistics(image, mask.astype(np.uint8), 2)[1]
+    return np.where(mask, len(regions), labels).astype(np.uint8), (*regions, found)
 
 
 def _measured(image: FloatArray) -> _Maps:

@@ -11,7 +11,7 @@ import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.cloths import with_cloths
-from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
+from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, split_off, statistics
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
 from wzviewer.worker.models.builtin.detail.rims import without_rims
 from wzviewer.worker.models.builtin.detail.waters import with_waters
@@ -97,8 +97,7 @@ def below_sky(context: Context, image: FloatArray, sky: BoolArray) -> Context:
     solid = named & ~sky
     if not sky.any() or solid.mean() < LEAST_SOLID:
         return context
-    labels = np.where(solid, len(context.materials), context.labels).astype(np.uint8)
-    regions = (*context.regions, statistics(image, solid.astype(np.uint8), 2)[1])
+    labels, regions = split_off(image, context.labels, context.regions, solid)
     light = solid & (image.min(2) > PETAL_LIGHT)
     grows = any(map(_green, context.regions))
     names = (*context.materials, "petal" if grows and light.sum() > 0.5 * solid.sum() else "smooth")

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
-from wzviewer.worker.models.builtin.detail.clusters import Region, statistics
+from wzviewer.worker.models.builtin.detail.clusters import Region, split_off
 
 LEAST_SHARE = 0.002  # of the picture; smaller patches are shade
 LEAST_Y = 0.5  # the upper shore lies below this part of the height
@@ -33,10 +33,8 @@ def with_waters(
     water = _low_pieces(np.isin(labels, bluish))
     if not water.any():
         return labels, regions, names
-    found = statistics(image, water.astype(np.uint8), 2)[1]
-    if found.fine > CALM:
-        return labels, regions, names
-    return np.where(water, len(regions), labels).astype(np.uint8), (*regions, found), (*names, "ripple")
+    parted, more = split_off(image, labels, regions, water)
+    return (labels, regions, names) if more[-1].fine > CALM else (parted, more, (*names, "ripple"))
 
 
 def _blue(region: Region) -> bool:
