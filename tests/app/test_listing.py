@@ -106,6 +106,7 @@ def test_a_folder_is_read_beside_the_frames(folder, monkeypatch):
     state = drain(services, state, 0.0)
     assert state.errand is None
     assert state.panels.dialog_list.files == ("a flower.png", "scene.wz", "Zoo.JPG")
+    # A question that is asked next would leave room for it.
     assert apply(services, state, [cmd.Escape()]).panels.dialog_list is None
 
 

@@ -69,7 +69,7 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
     """Leaves what is in the foreground: dialog, then help, then the running request."""
     panels = state.panels
     if panels.dialog:
-        return replace(state, after=None, panels=replace(panels, dialog="", dialog_path="", dialog_note=""))
+        return documents.without_dialog(replace(state, after=None))
     if summoning.is_summoned(state):
         return summoning.dismissed(state)
     if panels.keep or panels.settings or panels.history or panels.materials:
