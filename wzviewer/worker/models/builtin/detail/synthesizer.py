@@ -12,7 +12,6 @@ from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.errors import WorkerError
 from wzviewer.worker.models.builtin.detail.amplitude import (
     NATURAL,
-    PROMPTED_FLOOR,
     glossy,
     hems,
     sigma_map,
@@ -49,6 +48,7 @@ from wzviewer.worker.models.builtin.detail.seams import (
     with_seams,
 )
 from wzviewer.worker.models.builtin.detail.tables import (
+    floor_table,
     grain_table,
     regional_table,
     tints_table,
@@ -280,9 +280,7 @@ class DetailSynthesizer:
     def _sigma(self, job: _Job, place: Layout) -> FloatArray:
         height, width = job.observation.shape[:2]
         coarse = shrunk(place, width, height)
-        floors = per_label(job.names, "floor" if job.level <= 1 else "deep_floor")
-        if job.prompted:
-            floors = np.maximum(floors, np.float32(PROMPTED_FLOOR))
+        floors = floor_table(job.names, job.level, job.prompted)
         gains = per_label(job.names, "gain")
         micros, ceilings = (per_label(job.names, name) for name in ("micro", "ceiling"))
         tables = (gains, floors, micros, ceilings, job.regional_sigma, job.wood)

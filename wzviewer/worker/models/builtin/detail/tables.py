@@ -3,9 +3,13 @@
 import numpy as np
 
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.models.builtin.detail.amplitude import regional_sigma, woods
+from wzviewer.worker.models.builtin.detail.amplitude import PROMPTED_FLOOR, regional_sigma, woods
 from wzviewer.worker.models.builtin.detail.describe import Context
+from wzviewer.worker.models.builtin.detail.materials import per_label
 from wzviewer.worker.models.builtin.detail.overlay import grain_rms
+
+FIRST_DEEP = 0.55
+"""Of the deep contrast, at level 2: it still looks like the photograph, in which much is out of focus."""
 
 
 def regional_table(context: Context, names: tuple[str, ...], level: int) -> FloatArray:
@@ -25,6 +29,14 @@ def grain_table(context: Context, names: tuple[str, ...], level: int) -> FloatAr
         if _of_context(names, context):
             table[: len(known)] = known
     return table
+
+
+def floor_table(names: tuple[str, ...], level: int, is_prompted: bool) -> FloatArray:
+    """Returns ``(n,)``: the least contrast of each material as a share of the luminance."""
+    table = per_label(names, "floor" if level <= 1 else "deep_floor")
+    if level == 2:
+        table = table * np.float32(FIRST_DEEP)
+    return np.maximum(table, np.float32(PROMPTED_FLOOR)) if is_prompted else table
 
 
 def wood_table(context: Context, names: tuple[str, ...]) -> FloatArray:
