@@ -14,6 +14,7 @@ from wzviewer.worker.levels import finite_relief, layer_surfels, sky_of
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.rasterize import LevelPart, render
+from wzviewer.worker.sides import with_sides
 from wzviewer.worker.stages.stage2_depth_registration import register
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
@@ -69,7 +70,7 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
     if not draft.path:
         return draft
     draft = replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
-    return replace(draft, layers=behind_redrawn(draft))
+    return with_sides(replace(draft, layers=behind_redrawn(draft)), models, check)
 
 
 def behind_redrawn(draft: Draft) -> tuple[Layer, ...]:

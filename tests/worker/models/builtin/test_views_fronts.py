@@ -1,6 +1,7 @@
 """Fronts and edges: where the hidden world begins."""
 
 import numpy as np
+import pytest
 
 from wzviewer.core.camera import Camera
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
@@ -79,3 +80,25 @@ def test_step_moves_to_the_colour_edge():
     clean = clean_edges(step(), image, WIDE, GAIN)
     edge = (clean[60] > 0).sum()
     assert 97 <= edge <= 99  # the colour edge and up to 2 px of fringe
+
+
+def slope(steepness: float) -> np.ndarray:
+    """A surface that falls evenly over 24 px, about as steep as a step is."""
+    x = np.arange(SHAPE[1], dtype=np.float32)
+    fall = steepness * 3.0 / GAIN * np.clip(x - 88, 0, 24)  # 3 px of image shift a px is a step
+    return (100 - fall)[None] + np.zeros(SHAPE, np.float32)
+
+
+@pytest.mark.parametrize(
+    ("steepness", "bumps_px", "is_step"),
+    [(0.5, 0.0, False), (0.7, 8.0, False), (1.2, 0.0, True), (1.2, 8.0, True)],
+)
+def test_a_slope_is_a_step_as_a_whole_or_not_at_all(steepness, bumps_px, is_step):
+    image = np.where(np.arange(SHAPE[1]) < 97, 0.8, 0.2).astype(np.float32)[None, :, None]
+    bumps = np.random.default_rng(3).normal(0, bumps_px, SHAPE).astype(np.float32)
+    shift = slope(steepness) + bumps
+    shift[:20, :30] = 700  # an edge of something else, far from it
+    clean = clean_edges(shift, np.broadcast_to(image, (*SHAPE, 3)), WIDE, GAIN)
+    jump, before = (np.abs(np.diff(s, axis=1))[40:].max(axis=1) for s in (clean, shift))
+    torn = (jump > 2 * before).mean()  # of the rows
+    assert torn == is_step  # where colour may part a slope, or each pixel decides: 1, .55, 1, 1
