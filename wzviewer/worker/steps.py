@@ -11,6 +11,7 @@ from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.inherited import hidden_surfels
 from wzviewer.worker.levels import finite_relief, layer_surfels, sky_of
+from wzviewer.worker.lining import with_lining
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.rasterize import LevelPart, render
@@ -68,9 +69,9 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
     extra = {**draft.extra, "neighbours": views.cameras}
     draft = replace(draft, relief=views.relief, layers=before_objects(draft, views.layers), extra=extra)
     if not draft.path:
-        return draft
+        return with_lining(draft)
     draft = replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
-    return with_sides(replace(draft, layers=behind_redrawn(draft)), models, check)
+    return with_lining(with_sides(replace(draft, layers=behind_redrawn(draft)), models, check))
 
 
 def behind_redrawn(draft: Draft) -> tuple[Layer, ...]:
