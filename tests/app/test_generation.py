@@ -210,3 +210,17 @@ def test_a_worker_that_was_ended_by_a_cancel_is_no_error():
         state = drain(services, state, 0.0)
         assert len(state.toasts) == count
         assert not state.is_worker_ready
+
+
+def test_a_view_that_was_zoomed_while_the_photo_was_read_keeps_its_middle(services):
+    state = replace(empty_state(640, 420), photo=checker(136, 90))
+    state = apply(
+        services, state.with_view(View.at_home(Camera.initial(136, 90), 640, 420)), [cmd.Generate()]
+    )
+    near = state.view.home.zoomed_to_region(0.2, 0.3, 8.0)
+    state = drain(services, state.with_view(replace(state.view, camera=near, focused=near)), 0.0)
+    while not len(state.scene):
+        state = drain(services, state, 0.0)
+    assert state.view.camera is near
+    assert np.allclose(near.project(state.view.focus)[:2], (320, 210))
+    assert state.view.focused is None  # to be looked for again, on the surface that is there now

@@ -67,7 +67,7 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
     """Asks for a goal: now, or once what runs has ended.  Then the prompt line is free again."""
     if state.job is not None and state.job.is_auto and _is_wanted(state.job, goal):
         return replace(state, job=replace(state.job, is_auto=False))
-    if state.job is not None and state.job.is_auto:  # of auto detail: it makes room for what was asked for
+    if state.job is not None and makes_room(state):
         services.client.cancel(ev.PATIENT_S)
         job = replace(state.job, is_cancelling=True)
         return _taken(replace(state, job=job, goal=goal, is_goal_waiting=True), goal)
@@ -75,6 +75,12 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
         return _wait(state, goal)
     after = begin(services, state, goal)
     return _taken(after, goal) if is_busy(after) else after
+
+
+def makes_room(state: AppState) -> bool:
+    """Whether auto detail runs, and nothing has been asked for since: what is asked for goes first."""
+    job = state.job
+    return job is not None and job.is_auto and not (job.is_cancelling and state.is_goal_waiting)
 
 
 def _is_wanted(job: Job, goal: Goal) -> bool:
@@ -275,10 +281,11 @@ def _with_first_level(state: AppState, level: Level) -> AppState:
     """The flat picture becomes E_0 under the user's hand: the view stays where it is."""
     view = state.view
     fresh = View.at_home(level.camera, view.camera.width, view.camera.height)
-    focus = fresh.camera.unproject(view.camera.width / 2, view.camera.height / 2, level.anchor_depth)
     same = abs(fresh.home.focal_px / view.home.focal_px - 1.0) < 1e-3
-    view = replace(view, home=fresh.home, focus=focus) if same else replace(fresh, focus=focus)
-    return state.with_view(view)
+    view = replace(view, home=fresh.home) if same else fresh
+    camera = view.camera
+    focus = camera.unproject(camera.width / 2, camera.height / 2, level.anchor_depth)
+    return state.with_view(replace(view, focus=focus, focused=None))  # the surface there is another one
 
 
 def _finish(services: Services, state: AppState, level: Level) -> AppState:

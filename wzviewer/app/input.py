@@ -17,6 +17,12 @@ from wzviewer.app.summoning import covers_picture
 LEFT, RIGHT, MIDDLE = 0, 1, 2
 KEYS_OVER = frozenset((imgui.Key.escape, imgui.Key.f1, imgui.Key.f12))  # alive over a covered picture
 SIDE_BUTTONS: dict[int, type[cmd.Command]] = {3: cmd.GoBack, 4: cmd.GoForward}
+ANSWERS: dict[str, cmd.Command] = {  # what Enter says; a file, to the others
+    "drop": cmd.SettleDrop("insert"),
+    "making": cmd.Escape(),
+    "recover": cmd.SettleRecovery("recover"),
+    "unsaved": cmd.SettleUnsaved("save"),
+}
 DRAG_PX = 4.0  # a hand trembles while it clicks
 LONGEST_STEP_S = 0.1  # a stall is no reason to jump
 SCROLL_PT = 30.0  # that a notch moves what is held by Ctrl or Shift
@@ -211,14 +217,10 @@ def _answer(state: AppState) -> list[cmd.Command]:
     """A dialog takes Escape and Enter and no other key; its line of text reads its own Enter."""
     if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
         return [cmd.Escape()]
-    if state.panels.dialog == "drop" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
-        return [cmd.SettleDrop("insert")]
-    if state.panels.dialog == "making" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
-        return [cmd.Escape()]
-    if state.panels.dialog == "recover" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
-        return [cmd.SettleRecovery("recover")]
-    if state.panels.dialog == "unsaved" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
-        return [cmd.SettleUnsaved("save")]
+    if imgui.get_io().want_text_input:
+        return []
+    if imgui.is_key_pressed(imgui.Key.enter, repeat=False):
+        return [ANSWERS.get(state.panels.dialog, cmd.ConfirmPath())]
     return []
 
 

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
-from wzviewer.app.generation import is_busy
+from wzviewer.app.generation import is_busy, makes_room
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.actions import CHEVRON_PT, TOOL_PT, draw_more, draw_tools, has_tools
 from wzviewer.app.panels.branches import tree_rows
@@ -58,7 +58,7 @@ OFFERS_PT, REFUSAL_PT, PROGRESS_PT, WAITING_PT, VARIANTS_PT, MATERIALS_PT = (
     240.0,
 )
 LAST_STAGE = 5  # of the paper
-LONG_STEP_S = 8.0  # more than any first step needs once everything is compiled
+LONG_STEP_S = 8.0  # more than any step needs once everything is compiled
 
 
 def draw_prompt(state: AppState, ui: Ui) -> tuple[list[cmd.Command], Rect]:
@@ -183,11 +183,12 @@ def _mark_unknown(state: AppState, ui: Ui) -> None:
 
 
 def _action(state: AppState, ui: Ui, size: tuple[float, float]) -> list[cmd.Command]:
-    if is_busy(state) and state.prompt.strip():
+    is_typed = bool(state.prompt.strip())
+    if is_busy(state) and is_typed and not makes_room(state):
         pressed = imgui.button(f"{icons.ICON_FA_PLUS}  Queue", size)
         tooltip("Make this next   Enter")
         return [cmd.Generate()] if pressed else []
-    if is_busy(state):
+    if is_busy(state) and not is_typed:
         is_cancelling = state.job is not None and state.job.is_cancelling
         imgui.begin_disabled(is_cancelling)
         pressed = imgui.button("Stopping …" if is_cancelling else f"{icons.ICON_FA_XMARK}  Cancel", size)
@@ -217,7 +218,7 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
             imgui.text_unformatted(elapsed)
             pressed = _cross(ui, left)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
-        small(ui, elided(_past(job) or so_far(state.clock_s - since_s), room))
+        small(ui, elided(below_bar(job, state.clock_s - since_s), room))
         return [cmd.CancelJob()] if pressed and not job.is_cancelling else [], imgui.get_window_height()
 
 
@@ -252,8 +253,13 @@ def _headline(state: AppState, job: Job) -> str:
     return f"{number}{what}"
 
 
+def below_bar(job: Job, seconds: float) -> str:
+    """The steps that are done; or how long this one takes, where it is the first, or a long one."""
+    return so_far(seconds) if seconds > LONG_STEP_S else _past(job) or so_far(seconds)
+
+
 def so_far(seconds: float) -> str:
-    """How long the first step takes; a long one compiles, as it does once on every machine."""
+    """How long a step takes; a long one compiles, as it does once on every machine."""
     line = f"{max(seconds, 0.0):.1f} s in this step"
     return f"{line} · the first time it can take a minute or two" if seconds > LONG_STEP_S else line
 

@@ -1,0 +1,45 @@
+"""The progress plate and the button beside the prompt line."""
+
+from dataclasses import replace
+
+import pytest
+from imgui_bundle import imgui
+
+from tests.app.fakes import fake_services, make_scene, state_with
+from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply
+from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar
+from wzviewer.app.state import Job, StageNote
+
+NOTES = (StageNote(1, "new scale image", 0.0), StageNote(2, "depth registration", 1.0))
+
+
+def making(**changes):
+    job = replace(Job(1, "level", "a bird", 0.0, NOTES, 0.3), **changes)
+    return replace(state_with(make_scene(2)), job=job, now_s=2.0)
+
+
+def test_a_long_step_in_the_middle_says_that_the_first_time_is_long():
+    assert below_bar(making().job, 1.0) == "painting finer detail 1.0 s"
+    assert "the first time" in below_bar(making().job, LONG_STEP_S + 1.0)
+
+
+@pytest.mark.parametrize(("is_auto", "says"), [(True, "Generate"), (False, "Queue")])
+def test_what_is_typed_goes_before_auto_detail_and_behind_all_else(screen, monkeypatch, is_auto, says):
+    state = replace(making(is_auto=is_auto), prompt="a bird")
+    labels, draw = [], imgui.button
+    monkeypatch.setattr(imgui, "button", lambda label, *size: labels.append(label) or draw(label, *size))
+    screen.frame(state)
+    assert [label.split()[-1] for label in labels if label.endswith(("Generate", "Queue"))] == [says]
+
+
+def test_two_prompts_while_auto_detail_makes_room_are_both_made():
+    services, state = fake_services(), state_with(make_scene(1))
+    services.client.load(state.scene)
+    view = replace(state.view, camera=state.view.camera.zoomed(320.0, 210.0, 8.0))
+    state = apply(services, state.with_view(view), [cmd.Generate()])
+    state = replace(state, job=replace(state.job, is_auto=True))
+    for words in ("a bird", "a beetle"):
+        state = apply(services, state, [cmd.EditPrompt(words), cmd.Generate()])
+    assert state.goal.prompt == "a bird"
+    assert [goal.prompt for goal in state.queue.goals] == ["a beetle"]
