@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from tests.app.fakes import fake_services, make_scene, state_with
+from tests.app.fakes import WORDS, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
 from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar
-from wzviewer.app.state import Job, StageNote
+from wzviewer.app.state import Job, Panels, StageNote
 
 NOTES = (StageNote(1, "new scale image", 0.0), StageNote(2, "depth registration", 1.0))
 
@@ -43,3 +43,22 @@ def test_two_prompts_while_auto_detail_makes_room_are_both_made():
         state = apply(services, state, [cmd.EditPrompt(words), cmd.Generate()])
     assert state.goal.prompt == "a bird"
     assert [goal.prompt for goal in state.queue.goals] == ["a beetle"]
+
+
+def test_a_refused_prompt_keeps_the_cursor_so_that_it_can_be_put_right():
+    services, state = fake_services(), replace(state_with(make_scene(1)), vocabulary=WORDS)
+    state = apply(services, state, [cmd.EditPrompt("a dragon"), cmd.Generate()])
+    assert "dragon" in state.refusal
+    assert state.panels.prompt_focus == cmd.FocusPrompt().frames
+
+
+def test_files_can_be_saved_with_the_cursor_in_the_line(screen):
+    state = replace(state_with(make_scene(1)), panels=Panels(prompt_focus=cmd.FocusPrompt().frames))
+    for _ in range(3):
+        asked = [c for c in screen.frame(state) if isinstance(c, cmd.FocusPrompt)]
+        state = replace(state, panels=Panels(prompt_focus=asked[0].frames if asked else 0))
+    assert screen.io.want_text_input
+    ctrl, alt, key = imgui.Key.mod_ctrl, imgui.Key.mod_alt, imgui.Key
+    assert screen.press(state, key.s, ctrl) == [cmd.Save()]
+    assert screen.press(state, key.z, ctrl) == []  # of the line
+    assert screen.press(state, key.q, ctrl, alt) == []  # AltGr Q, which is @ on some keyboards

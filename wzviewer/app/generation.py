@@ -32,8 +32,9 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
             return state.with_toast("One moment: the photo is still being read. Esc cancels it.")
         return reconstruct(services, state) if state.photo is not None else state
     refusal = refusal_of(state.prompt, state.reading)
-    if refusal:  # at once, and not after a flight
-        return replace(state, refusal=refusal)
+    if refusal:  # at once, and not after a flight; what is typed to put it right must not reach the keys
+        panels = replace(state.panels, prompt_focus=cmd.FocusPrompt().frames)
+        return replace(state, refusal=refusal, panels=panels)
     state = replace(state, panels=replace(state.panels, materials=False))
     return ask_at(services, state, replace(goal_here(services, state), count=command.count))
 
