@@ -93,3 +93,14 @@ def test_a_refused_picture_leaves_no_words_behind(services, cutout):
         state = drain(services, state, 0.0)
     assert state.prompt == ""
     assert "robin" in state.refusal
+
+
+@pytest.mark.parametrize("is_open", [True, False])
+def test_what_nothing_can_open_is_said_before_anything_is_asked(services, tmp_path, is_open):
+    path = tmp_path / "notes.txt"
+    path.write_text("milk")
+    state = replace(close_up(services), saved=(0, {})) if is_open else empty_state(640, 420)
+    assert state.is_dirty is is_open
+    state = apply(services, state, [cmd.Drop(path)])
+    assert state.panels.dialog == ""
+    assert [t.text for t in state.toasts] == ["notes.txt is neither a photo nor a scene of wzviewer."]

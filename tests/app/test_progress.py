@@ -8,7 +8,8 @@ from imgui_bundle import imgui
 from tests.app.fakes import WORDS, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
-from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar
+from wzviewer.app.layout import arrange
+from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar, headline
 from wzviewer.app.state import Job, Panels, StageNote
 
 NOTES = (StageNote(1, "new scale image", 0.0), StageNote(2, "depth registration", 1.0))
@@ -31,6 +32,18 @@ def test_what_is_typed_goes_before_auto_detail_and_behind_all_else(screen, monke
     monkeypatch.setattr(imgui, "button", lambda label, *size: labels.append(label) or draw(label, *size))
     screen.frame(state)
     assert [label.split()[-1] for label in labels if label.endswith(("Generate", "Queue"))] == [says]
+
+
+def test_what_makes_auto_detail_stop_is_not_said_to_stop_itself(screen):
+    services, state = fake_services(), making(is_auto=True)
+    assert headline(state, state.job) == "Auto detail: giving it depth"
+    asked = apply(services, replace(state, prompt="a beetle"), [cmd.Generate()])
+    assert asked.job.is_cancelling
+    assert headline(asked, asked.job) == "“a beetle” comes next"
+    rect = arrange(1280, 800, 1.0).prompt
+    assert screen.click(asked, rect.right - 50, rect.y + 23) == [cmd.CancelJob()]
+    given_up = apply(services, asked, [cmd.CancelJob()])
+    assert headline(given_up, given_up.job) == "Stopping …"
 
 
 def test_two_prompts_while_auto_detail_makes_room_are_both_made():

@@ -80,8 +80,13 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
 
 def makes_room(state: AppState) -> bool:
     """Whether auto detail runs, and nothing has been asked for since: what is asked for goes first."""
+    return state.job is not None and state.job.is_auto and not is_next(state)
+
+
+def is_next(state: AppState) -> bool:
+    """Whether what was asked for begins once auto detail, which runs still, has stopped."""
     job = state.job
-    return job is not None and job.is_auto and not (job.is_cancelling and state.is_goal_waiting)
+    return job is not None and job.is_auto and job.is_cancelling and state.is_goal_waiting
 
 
 def _is_wanted(job: Job, goal: Goal) -> bool:
@@ -327,7 +332,7 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     if state.job is not None and state.job.level == index and not state.scene.is_committed(index):
         state.scene.abort(index)
     job = state.job
-    if job is not None and job.is_auto and event.cancelled and state.is_goal_waiting:
+    if event.cancelled and is_next(state):
         return replace(state, job=None)  # it made room
     state = replace(state, job=None, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
     goal = job.goal if job is not None else None

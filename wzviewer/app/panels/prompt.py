@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
-from wzviewer.app.generation import is_busy, makes_room
+from wzviewer.app.generation import is_busy, is_next, makes_room
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.actions import CHEVRON_PT, TOOL_PT, draw_more, draw_tools, has_tools
 from wzviewer.app.panels.branches import tree_rows
@@ -189,7 +189,7 @@ def _action(state: AppState, ui: Ui, size: tuple[float, float]) -> list[cmd.Comm
         tooltip("Make this next   Enter")
         return [cmd.Generate()] if pressed else []
     if is_busy(state) and not is_typed:
-        is_cancelling = state.job is not None and state.job.is_cancelling
+        is_cancelling = state.job is not None and state.job.is_cancelling and not is_next(state)
         imgui.begin_disabled(is_cancelling)
         pressed = imgui.button("Stopping …" if is_cancelling else f"{icons.ICON_FA_XMARK}  Cancel", size)
         imgui.end_disabled()
@@ -211,7 +211,7 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
         since_s = job.stages[-1].start_s if job.stages else job.started_s
         elapsed = f"{max(state.clock_s - job.started_s, 0.0):.1f} s"
         room = imgui.get_content_region_avail().x
-        imgui.text_unformatted(elided(_headline(state, job), room - ui.pt(90)))
+        imgui.text_unformatted(elided(headline(state, job), room - ui.pt(90)))
         left = room + imgui.get_style().window_padding.x
         imgui.same_line(left - imgui.calc_text_size(elapsed).x - ui.pt(26))
         with colored(ui.colors.muted):
@@ -219,7 +219,8 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
             pressed = _cross(ui, left)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
         small(ui, elided(below_bar(job, state.clock_s - since_s), room))
-        return [cmd.CancelJob()] if pressed and not job.is_cancelling else [], imgui.get_window_height()
+        is_over = job.is_cancelling and not is_next(state)
+        return [cmd.CancelJob()] if pressed and not is_over else [], imgui.get_window_height()
 
 
 def _cross(ui: Ui, right: float) -> bool:
@@ -239,9 +240,13 @@ def _waiting(state: AppState, job: Job) -> str:
     return "Reading the photo" if job.kind == "photo" else "Looking at the view"
 
 
-def _headline(state: AppState, job: Job) -> str:
-    if job.is_cancelling:
+def headline(state: AppState, job: Job) -> str:
+    """What is going on, in a line."""
+    if job.is_cancelling and not is_next(state):
         return "Stopping …"
+    if job.is_cancelling:  # auto detail: what was asked for waits for it
+        what = f"“{state.goal.prompt}”" if state.goal is not None and state.goal.prompt else "New detail"
+        return f"{what} comes next"
     if not job.stages:
         return _waiting(state, job)
     stage = job.stages[-1]
