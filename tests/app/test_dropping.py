@@ -58,6 +58,8 @@ def test_putting_it_in_sends_it_to_the_worker_and_leaves_the_line_alone(services
     assert state.scene[1].prompt == "robin"
     assert can_vary(state.scene, 1)  # what the fake makes says nothing of a picture
     state.scene[1].notes[CUTOUT] = True
+    again = apply(services, state, [cmd.Another(1)])
+    assert again.toasts[-1].text.startswith("A picture that was put in has no variants")
     assert not can_vary(state.scene, 1)
 
 

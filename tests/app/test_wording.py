@@ -38,7 +38,7 @@ def test_a_dialog_is_as_high_as_what_it_says(screen, count, least, most):
     state = replace(state_with(make_scene(1)), panels=Panels(dialog="save", dialog_note=NOTE * count))
     for _ in range(3):
         screen.frame(state)
-    dialog = imgui.internal.find_window_by_name("dialog")
+    dialog = imgui.internal.find_window_by_name("path")
     assert dialog.scroll_max.y == 0
     assert least < dialog.size.y < most  # measured: 150, 162, 234
 
@@ -59,7 +59,7 @@ def test_the_start_page_does_not_look_out_from_behind_a_dialog(screen):
     for _ in range(2):
         screen.frame(state)
     assert imgui.internal.find_window_by_name("start") is None
-    assert imgui.internal.find_window_by_name("dialog").active
+    assert imgui.internal.find_window_by_name("path").active
 
 
 def test_also_what_cannot_be_pressed_now_is_explained(screen):
