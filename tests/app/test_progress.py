@@ -10,7 +10,9 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
 from wzviewer.app.layout import arrange
 from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar, headline
+from wzviewer.app.prompting import with_vocabulary
 from wzviewer.app.state import Job, Panels, StageNote
+from wzviewer.worker.models.builtin.objects import grammar
 
 NOTES = (StageNote(1, "new scale image", 0.0), StageNote(2, "depth registration", 1.0))
 
@@ -75,3 +77,23 @@ def test_files_can_be_saved_with_the_cursor_in_the_line(screen):
     assert screen.press(state, key.s, ctrl) == [cmd.Save()]
     assert screen.press(state, key.z, ctrl) == []  # of the line
     assert screen.press(state, key.q, ctrl, alt) == []  # AltGr Q, which is @ on some keyboards
+
+
+@pytest.mark.parametrize(("size", "is_scrolled"), [((1280, 800), False), ((600, 400), True)])
+def test_materials_stay_below_the_toolbar(screen, size, is_scrolled):
+    screen.width, screen.height = size
+    state = with_vocabulary(state_with(make_scene(1)), grammar.vocabulary())
+    state = replace(state, panels=Panels(materials=True, timeline=True))
+    for _ in range(6):
+        screen.frame(state)
+    window = imgui.internal.find_window_by_name("materials")
+    assert window.pos.y >= arrange(*size, 1.0).tree.y
+    assert (window.scroll_max.y > 0) is is_scrolled
+
+
+def test_materials_say_that_the_words_are_still_to_come(screen):
+    state = replace(state_with(make_scene(1)), panels=Panels(materials=True))
+    for _ in range(3):
+        screen.frame(state)
+    assert imgui.internal.find_window_by_name("materials").size.x > 100
+    assert imgui.internal.find_window_by_name("materials").size.y > 30  # measured 35, and 20 when empty
