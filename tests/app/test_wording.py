@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from tests.app.fakes import make_scene, state_with
+from tests.app.fakes import fake_services, make_scene, state_with
+from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply
 from wzviewer.app.errands import Errand
 from wzviewer.app.layout import arrange
 from wzviewer.app.overlays import PaletteView
@@ -29,6 +31,16 @@ def test_what_is_done_to_a_file_is_said_before_all_else(screen):
     state = replace(state_with(make_scene(2)), errand=errand, name="a scene with a name.wz")
     for room in (110.0, 190.0, 400.0):
         assert asked(screen, state, lambda state, _, room=room: status_line(state, room)).startswith("Saving")
+
+
+def test_what_is_not_the_picture_is_said_and_left_with_escape(screen):
+    services, state = fake_services(), state_with(make_scene(2))
+    for name in ("levels", "depth", "coverage"):
+        state = apply(services, state, [cmd.NextMode()])
+        assert [t.text.split(".")[0] for t in state.toasts] == [f"View: {name}"]  # the last one alone
+        line = asked(screen, state, lambda state, _: status_line(state, 400.0))
+        assert line == f"{name.capitalize()} · Esc for the picture"
+    assert apply(services, state, [cmd.Escape()]).look.mode == "picture"
 
 
 @pytest.mark.parametrize(
