@@ -9,7 +9,7 @@ from tests.app.fakes import WORDS, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
 from wzviewer.app.layout import arrange
-from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar, headline
+from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar, headline, is_first
 from wzviewer.app.prompting import with_vocabulary
 from wzviewer.app.state import Job, Panels, StageNote
 from wzviewer.worker.models.builtin.objects import grammar
@@ -23,8 +23,13 @@ def making(**changes):
 
 
 def test_a_long_step_in_the_middle_says_that_the_first_time_is_long():
-    assert below_bar(making().job, 1.0) == "painting finer detail 1.0 s"
-    assert "the first time" in below_bar(making().job, LONG_STEP_S + 1.0)
+    assert below_bar(making().job, 1.0, True) == "painting finer detail 1.0 s"
+    assert "the first time" in below_bar(making().job, LONG_STEP_S + 1.0, True)
+    assert below_bar(making().job, LONG_STEP_S + 1.0, False) == "9.0 s in this step"
+    first, third = (replace(making(), scene=make_scene(count)) for count in (1, 2))
+    assert is_first(first.scene, first.job)
+    assert not is_first(third.scene, third.job)
+    assert is_first(third.scene, replace(third.job, prompt=""))  # the other had words
 
 
 @pytest.mark.parametrize(("is_auto", "says"), [(True, "Generate"), (False, "Queue")])

@@ -34,6 +34,7 @@ from wzviewer.app.panels.waiting import draw_waiting
 from wzviewer.app.panels.wording import stage_text
 from wzviewer.app.state import AppState, Job
 from wzviewer.app.theme import u32
+from wzviewer.core.scene import Scene
 
 HINTS = (
     "Add something here, such as “a ladybug”, or leave empty for finer detail",
@@ -218,7 +219,7 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
             imgui.text_unformatted(elapsed)
             pressed = _cross(ui, left)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
-        small(ui, elided(below_bar(job, state.clock_s - since_s), room))
+        small(ui, elided(below_bar(job, state.clock_s - since_s, is_first(state.scene, job)), room))
         is_over = job.is_cancelling and not is_next(state)
         return [cmd.CancelJob()] if pressed and not is_over else [], imgui.get_window_height()
 
@@ -258,15 +259,21 @@ def headline(state: AppState, job: Job) -> str:
     return f"{number}{what}"
 
 
-def below_bar(job: Job, seconds: float) -> str:
+def below_bar(job: Job, seconds: float, may_compile: bool) -> str:
     """The steps that are done; or how long this one takes, where it is the first, or a long one."""
-    return so_far(seconds) if seconds > LONG_STEP_S else _past(job) or so_far(seconds)
+    return so_far(seconds, may_compile) if seconds > LONG_STEP_S else _past(job) or so_far(seconds)
 
 
-def so_far(seconds: float) -> str:
+def so_far(seconds: float, may_compile: bool = True) -> str:
     """How long a step takes; a long one compiles, as it does once on every machine."""
-    line = f"{max(seconds, 0.0):.1f} s in this step"
-    return f"{line} · the first time it can take a minute or two" if seconds > LONG_STEP_S else line
+    line, is_long = f"{max(seconds, 0.0):.1f} s in this step", seconds > LONG_STEP_S
+    return f"{line} · the first time it can take a minute or two" if is_long and may_compile else line
+
+
+def is_first(scene: Scene, job: Job) -> bool:
+    """Whether nothing like it, with words or without, has been finished in this scene yet."""
+    made = (level for level in scene if level.index and scene.is_committed(level.index))
+    return job.kind == "photo" or not any(bool(level.prompt) == bool(job.prompt) for level in made)
 
 
 def _past(job: Job) -> str:
