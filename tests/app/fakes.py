@@ -233,7 +233,7 @@ class FakeDialogs:
     def __init__(self, answers: list[tuple[str, Path]] | None = None) -> None:
         self.answers = answers
 
-    def ask_open(self) -> bool:
+    def ask_open(self, folder: str) -> bool:
         return self.answers is not None
 
     def ask_save(self, suggestion: str) -> bool:
@@ -245,7 +245,7 @@ class FakeDialogs:
     def ask_film(self, suggestion: str) -> bool:
         return self.answers is not None
 
-    def ask_path(self, suggestion: str) -> bool:
+    def ask_path(self, suggestion: str, is_opening: bool) -> bool:
         return self.answers is not None
 
     def poll(self) -> list[tuple[str, Path]]:

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from imgui_bundle import imgui
 
 from tests.app.fakes import FakeDialogs, checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
@@ -209,3 +210,14 @@ def test_closing_while_a_film_is_made_asks_once_and_then_obeys(services, tmp_pat
     assert apply(
         services, replace(state, film=replace(state.film, is_cancelling=True)), [cmd.Close()]
     ).is_closing
+
+
+def test_the_line_that_asks_where_to_save_has_the_cursor_after_the_question(screen):
+    state = apply(fake_services(), unsaved(), [cmd.Close()])
+    for _ in range(3):
+        screen.frame(state)
+    state = apply(fake_services(), state, screen.press(state, imgui.Key.enter))
+    assert state.panels.dialog == "save"
+    for _ in range(3):
+        screen.frame(state)
+    assert screen.io.want_text_input

@@ -58,6 +58,8 @@ def test_putting_it_in_sends_it_to_the_worker_and_leaves_the_line_alone(services
     assert state.scene[1].prompt == "robin"
     assert can_vary(state.scene, 1)  # what the fake makes says nothing of a picture
     state.scene[1].notes[CUTOUT] = True
+    again = apply(services, state, [cmd.Another(1)])
+    assert again.toasts[-1].text.startswith("A picture that was put in has no variants")
     assert not can_vary(state.scene, 1)
 
 
@@ -93,3 +95,14 @@ def test_a_refused_picture_leaves_no_words_behind(services, cutout):
         state = drain(services, state, 0.0)
     assert state.prompt == ""
     assert "robin" in state.refusal
+
+
+@pytest.mark.parametrize("is_open", [True, False])
+def test_what_nothing_can_open_is_said_before_anything_is_asked(services, tmp_path, is_open):
+    path = tmp_path / "notes.txt"
+    path.write_text("milk")
+    state = replace(close_up(services), saved=(0, {})) if is_open else empty_state(640, 420)
+    assert state.is_dirty is is_open
+    state = apply(services, state, [cmd.Drop(path)])
+    assert state.panels.dialog == ""
+    assert [t.text for t in state.toasts] == ["notes.txt is neither a photo nor a scene of wzviewer."]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.app.fakes import checker, fake_services, make_scene, state_with
+from tests.app.fakes import checker, fake_services, make_level, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.aiming import level_camera, plan_level
 from wzviewer.app.apply import apply, drain
@@ -210,3 +210,36 @@ def test_a_worker_that_was_ended_by_a_cancel_is_no_error():
         state = drain(services, state, 0.0)
         assert len(state.toasts) == count
         assert not state.is_worker_ready
+
+
+def test_a_view_that_was_zoomed_while_the_photo_was_read_keeps_its_middle(services):
+    state = replace(empty_state(640, 420), photo=checker(136, 90))
+    state = apply(
+        services, state.with_view(View.at_home(Camera.initial(136, 90), 640, 420)), [cmd.Generate()]
+    )
+    near = state.view.home.zoomed_to_region(0.2, 0.3, 8.0)
+    state = drain(services, state.with_view(replace(state.view, camera=near, focused=near)), 0.0)
+    while not len(state.scene):
+        state = drain(services, state, 0.0)
+    assert state.view.camera is near
+    assert np.allclose(near.project(state.view.focus)[:2], (320, 210))
+    assert state.view.focused is None  # to be looked for again, on the surface that is there now
+
+
+def test_what_is_asked_for_is_not_cut_off_where_an_older_finer_level_comes_first():
+    scene = make_scene(1)
+    root = scene[0].camera
+    places = ((0.4, 0.5, 4.0, "a ladybug"), (0.5, 0.5, 2.0, ""))
+    for index, (x, y, factor, prompt) in enumerate(places, 1):
+        camera = root.zoomed_to_region(x, y, factor)
+        scene.append(make_level(scene, 0, camera, checker(136, 90), prompt))
+        scene.commit(index)
+
+    def parent_of(prompt, x, factor):
+        camera = root.zoomed_to_region(x, 0.5, factor)
+        return plan_level(scene, goal_at(state_with(scene), camera, prompt)).parent
+
+    assert parent_of("a snail", 0.55, 8.0) == 0  # beside both, and before both
+    assert parent_of("", 0.55, 8.0) == 2  # plain detail leaves the ladybug what it has
+    assert parent_of("a snail", 0.62, 8.0) == 2  # clear of the ladybug's picture
+    assert parent_of("a snail", 0.53, 16.0) == 2  # the photo would be too coarse

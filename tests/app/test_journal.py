@@ -12,7 +12,7 @@ from tests.app.fakes import fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, tick
 from wzviewer.app.journal import JournalFolder
-from wzviewer.app.recovery import ask_to_recover
+from wzviewer.app.recovery import ask_to_recover, keep
 from wzviewer.app.state import empty_state
 from wzviewer.app.timeline import FIELD
 from wzviewer.core.files import load_scene
@@ -117,6 +117,19 @@ def test_the_question_and_its_answers(tmp_path, journal, answer):
         assert len(list((tmp_path / "one").glob("*.level"))) == 3
     else:
         assert not state.has_document
+
+
+def test_what_was_recovered_is_saved_where_it_came_from(tmp_path, journal):
+    source = Path("/photos/meadow.png")
+    first = JournalFolder(tmp_path, "crashed")
+    services = replace(fake_services(), journal=first)
+    keep(services, replace(state_with(make_scene(2)), name="meadow.png", saved=(0, {}), source=source))
+    first.wait()
+    first._lock.close()
+    services = replace(services, journal=journal)
+    state = apply(services, ask_to_recover(services, empty_state(640, 420)), [cmd.SettleRecovery("recover")])
+    assert state.source == source
+    assert apply(services, state, [cmd.Save()]).panels.dialog_path == "/photos/meadow.wz"
 
 
 def test_later_leaves_it_for_the_next_start(tmp_path, journal):

@@ -7,7 +7,7 @@ import pytest
 
 from wzviewer.app.layout import MARGIN_PT, arrange
 from wzviewer.app.panels.timeline import HEIGHT_PT
-from wzviewer.app.panels.wording import count_text, magnification_text, share_text
+from wzviewer.app.panels.wording import count_text, left_text, magnification_text, share_text
 
 
 @pytest.mark.parametrize("size", [(480, 360), (640, 480), (820, 560), (900, 600), (1280, 800), (3840, 2160)])
@@ -77,3 +77,18 @@ def test_magnifications_are_shorter_where_there_is_little_room():
     for value, text in ((8.0, "×8.0"), (32768.0, "×32,768"), (262144.0, "×262 k"), (2.1e6, "×2.1 M")):
         assert magnification_text(value, is_short=True) == text
     assert magnification_text(6.9e10, is_short=True) == "×7e10"
+
+
+@pytest.mark.parametrize(
+    ("elapsed_s", "fraction", "text"),
+    [
+        (2.0, 0.5, ""),
+        (60.0, 0.01, ""),
+        (30.0, 0.5, "30 s left"),
+        (31.0, 0.5, "35 s left"),
+        (60.0, 0.2, "4 min left"),
+        (9.0, 1.0, "5 s left"),
+    ],
+)
+def test_what_takes_long_says_how_long_still(elapsed_s, fraction, text):
+    assert left_text(elapsed_s, fraction) == text

@@ -118,3 +118,29 @@ class Waiting(AtOnce):
 
     def work_now(self):
         super().start(*self._begun)
+
+
+@pytest.mark.parametrize(("typed", "goes_to"), [("flow", "a flower.png"), ("hol", "Holiday"), ("o", None)])
+def test_the_one_name_that_is_left_in_the_list_is_meant(folder, monkeypatch, typed, goes_to):
+    monkeypatch.chdir(folder)
+    state = apply(fake_services(), empty_state(640, 420), [cmd.AskOpen()])
+    state = apply(fake_services(), state, [cmd.EditPath(str(folder / typed)), cmd.ConfirmPath()])
+    if goes_to == "a flower.png":  # it was opened, and is no picture
+        assert state.panels.dialog == ""
+        assert any(goes_to in toast.text for toast in state.toasts)
+    elif goes_to:
+        assert state.panels.dialog_path == str(folder / goes_to) + os.sep
+    else:
+        assert "There is no o" in state.panels.dialog_note
+
+
+def test_enter_opens_the_file_that_was_clicked(screen, folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    state = apply(fake_services(), empty_state(1280, 800), [cmd.AskOpen()])
+    for _ in range(3):
+        screen.frame(state)
+    state = apply(fake_services(), state, screen.click(state, *rows_of(screen, state)["file Zoo.JPG"]))
+    assert state.panels.dialog_path == str(folder / "Zoo.JPG")
+    from imgui_bundle import imgui
+
+    assert screen.press(state, imgui.Key.enter) == [cmd.ConfirmPath()]

@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from tests.app.fakes import make_scene, state_with
+from tests.app.fakes import fake_services, make_scene, state_with
+from wzviewer.app import commands as cmd
+from wzviewer.app.apply import apply
 from wzviewer.app.errands import Errand
 from wzviewer.app.layout import arrange
 from wzviewer.app.overlays import PaletteView
@@ -31,6 +33,16 @@ def test_what_is_done_to_a_file_is_said_before_all_else(screen):
         assert asked(screen, state, lambda state, _, room=room: status_line(state, room)).startswith("Saving")
 
 
+def test_what_is_not_the_picture_is_said_and_left_with_escape(screen):
+    services, state = fake_services(), state_with(make_scene(2))
+    for name in ("levels", "depth", "coverage"):
+        state = apply(services, state, [cmd.NextMode()])
+        assert [t.text.split(".")[0] for t in state.toasts] == [f"View: {name}"]  # the last one alone
+        line = asked(screen, state, lambda state, _: status_line(state, 400.0))
+        assert line == f"{name.capitalize()} · Esc for the picture"
+    assert apply(services, state, [cmd.Escape()]).look.mode == "picture"
+
+
 @pytest.mark.parametrize(
     ("count", "least", "most"), [(0, 148.0, 152.0), (1, 155.0, 175.0), (4, 200.0, 300.0)]
 )
@@ -38,7 +50,7 @@ def test_a_dialog_is_as_high_as_what_it_says(screen, count, least, most):
     state = replace(state_with(make_scene(1)), panels=Panels(dialog="save", dialog_note=NOTE * count))
     for _ in range(3):
         screen.frame(state)
-    dialog = imgui.internal.find_window_by_name("dialog")
+    dialog = imgui.internal.find_window_by_name("path")
     assert dialog.scroll_max.y == 0
     assert least < dialog.size.y < most  # measured: 150, 162, 234
 
@@ -59,7 +71,7 @@ def test_the_start_page_does_not_look_out_from_behind_a_dialog(screen):
     for _ in range(2):
         screen.frame(state)
     assert imgui.internal.find_window_by_name("start") is None
-    assert imgui.internal.find_window_by_name("dialog").active
+    assert imgui.internal.find_window_by_name("path").active
 
 
 def test_also_what_cannot_be_pressed_now_is_explained(screen):

@@ -5,7 +5,7 @@ import pytest
 
 from tests.core.builders import random_surfels, small_level, small_scene
 from wzviewer.core.camera import Camera
-from wzviewer.core.scene import Scene, modulation
+from wzviewer.core.scene import Scene, modulation, siblings_before
 
 
 def digest(level):
@@ -65,6 +65,23 @@ def test_modulation_lists_children_and_newer_siblings_of_ancestors():
     assert len(modulation(scene, 3).covers) == 1  # 2, newer sibling of its ancestor 1
     scene.hide(2)
     assert len(modulation(scene, 3).covers) == 0
+
+
+def test_plain_detail_does_not_wipe_out_what_was_put_there_before():
+    scene = Scene()
+    root = Camera.initial(64, 48)
+    scene.append(small_level(scene, None, root))
+    asked = ((4.0, "a ladybug"), (2.0, ""), (8.0, ""), (3.0, "a butterfly"), (2.9, ""))
+    for factor, prompt in asked:
+        level = small_level(scene, 0, root.zoomed_to_region(0.5, 0.5, factor))
+        scene.append(replace(level, prompt=prompt))
+    before = [siblings_before(scene, index, 0) for index in range(1, 6)]
+    assert before == [[3, 4, 5], [1, 3, 4, 5], [4], [], [3, 4]]
+    scene.hide(4)
+    assert siblings_before(scene, 5, 0) == [3]
+    assert siblings_before(scene, 2, 0) == [1, 3, 5]
+    chains = [len(siblings_before(scene, index, 0)) for index in (1, 2, 3, 5)]
+    assert sorted(chains) == [0, 1, 2, 3]  # an order, whatever is hidden
 
 
 def test_depth_restores_world_units():

@@ -78,3 +78,9 @@ def test_one_wrong_letter():
     assert is_one_off("beetle", "bettle")
     assert is_one_off("beetle", "beelte")
     assert not is_one_off("beetle", "bottle ")
+
+
+def test_what_is_wrong_comes_before_what_is_unfinished():
+    unknown_first = read_prompt("a dragon, lady", WORDS)
+    assert all(offer.prompt.endswith(", lady") for offer in unknown_first.offers)
+    assert next(offer.word for offer in read_prompt("a bird, lady", WORDS).offers) == "ladybug"

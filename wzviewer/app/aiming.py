@@ -6,13 +6,14 @@ closer, levels between come first, one after the other.
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from wzviewer.app.wishes import Goal
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import ZOOM_FACTOR
-from wzviewer.core.scene import Level, Scene
+from wzviewer.core.scene import Level, Scene, siblings_before
 from wzviewer.core.types import BoolArray, DoubleArray
 
 STEP_MIN = 2.0  # finer than its parent, or a level shows nothing new
@@ -53,10 +54,34 @@ def plan_level(scene: Scene, goal: Goal) -> Plan | None:
     if not coarser:
         return None
     parent = min(coarser, key=lambda i: (coarser[i], -i))
+    if goal.prompt or goal.cutout is not None:
+        parent = _uncovered(scene, parent, frame, goal.focus, coarser)
     step = coarser[parent]
     if step > STEP_MAX:
         frame = frame.zoomed(frame.width / 2, frame.height / 2, ZOOM_FACTOR / step)
     return Plan(parent, frame, step)
+
+
+def _uncovered(scene: Scene, parent: int, frame: Camera, focus: DoubleArray, steps: dict[int, float]) -> int:
+    """Returns the parent, or an ancestor below which nothing comes before what is put into a frame.
+
+    Plain detail stays behind older siblings that are finer, with all that is below it: what was asked for
+    would be cut off at their borders.
+    """
+    points = _grid(frame, focus)
+    path = scene.path(parent)
+    for above, ancestor in pairwise(path):
+        before = siblings_before(scene, ancestor, above)
+        if any(_shown(scene[i], points).any() for i in before):
+            return above if steps.get(above, np.inf) <= STEP_MAX else parent
+    return parent
+
+
+def _grid(frame: Camera, focus: DoubleArray) -> DoubleArray:
+    """World points (n, 3) all over a frame, at the depth of the focus."""
+    depth = max(float(frame.to_camera(focus)[2]), 1e-12)
+    places = [(x, y) for y in np.linspace(0.02, 0.98, 9) for x in np.linspace(0.02, 0.98, 13)]
+    return np.array([frame.unproject(x * frame.width, y * frame.height, depth) for x, y in places])
 
 
 def _plan_extension(scene: Scene, frame: Camera, focus: DoubleArray) -> Plan | None:
@@ -64,9 +89,7 @@ def _plan_extension(scene: Scene, frame: Camera, focus: DoubleArray) -> Plan | N
 
     The parent is the level in view whose scale is nearest to the view's.
     """
-    depth = max(float(frame.to_camera(focus)[2]), 1e-12)
-    places = [(x, y) for y in np.linspace(0.02, 0.98, 9) for x in np.linspace(0.02, 0.98, 13)]
-    points = np.array([frame.unproject(x * frame.width, y * frame.height, depth) for x, y in places])
+    points = _grid(frame, focus)
     shown = {i: int(_shown(scene[i], points).sum()) for i in scene.visible()}
     if max(shown.values(), default=0) in (0, len(points)) or 1 - shown[0] / len(points) < EXTEND_SHARE:
         return None

@@ -8,6 +8,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.directing import PATH_SUFFIX, open_camera_path, save_camera_path
 from wzviewer.app.documents import SCENE_SUFFIX, edit_path, open_path, save_to, without_dialog
 from wzviewer.app.keeping import make_film, save_picture
+from wzviewer.app.listing import matching
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 
@@ -19,7 +20,7 @@ def confirm_path(services: Services, state: AppState, command: cmd.ConfirmPath) 
     kind, text = state.panels.dialog, state.panels.dialog_path.strip()
     if not text:
         return without_dialog(state)
-    path = Path(text).expanduser()
+    path = _meant(state, Path(text).expanduser())
     if kind.startswith("open") and path.is_dir():
         return edit_path(services, state, cmd.EditPath(str(path).rstrip(os.sep) + os.sep))
     note = note_on(kind, path, state)
@@ -28,6 +29,16 @@ def confirm_path(services: Services, state: AppState, command: cmd.ConfirmPath) 
     if note and not note.endswith(REPLACE):
         return state  # nothing has changed: it is as wrong as before
     return answered(services, without_dialog(state), kind, path)
+
+
+def _meant(state: AppState, path: Path) -> Path:
+    """The path that was typed, or what the list has narrowed down to when nothing has that name."""
+    found = state.panels.dialog_list
+    if found is None or path.exists():
+        return path
+    found = matching(found, state.panels.dialog_path)
+    names = (*found.folders, *found.files)
+    return found.folder / names[0] if len(names) == 1 else path
 
 
 def note_on(kind: str, path: Path, state: AppState) -> str:

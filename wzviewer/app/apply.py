@@ -34,13 +34,14 @@ from wzviewer.app import (
 )
 from wzviewer.app import commands as cmd
 from wzviewer.app.logbook import log_event, log_notices
-from wzviewer.app.look import MODES
+from wzviewer.app.look import MEANINGS, MODES
 from wzviewer.app.region import Region
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 
 LOG = logging.getLogger(__name__)
 EXCLUSIVE: frozenset[str] = frozenset({"keep", "settings", "history"})  # panels in one place
+VIEW = "View: "
 Handler = Callable[[Services, AppState, Any], AppState]
 
 
@@ -61,8 +62,9 @@ def next_mode(services: Services, state: AppState, command: cmd.NextMode) -> App
     """Goes on to the next of picture, levels, depth and coverage, and says which it is."""
     names = [mode for mode, _ in MODES]
     mode, name = MODES[(names.index(state.look.mode) + 1) % len(MODES)]
-    state = replace(state, look=replace(state.look, mode=mode))
-    return state.with_toast(f"View: {name.lower()}.")
+    others = tuple(t for t in state.toasts if not t.text.startswith(VIEW))  # of going through them
+    state = replace(state, look=replace(state.look, mode=mode), toasts=others)
+    return state.with_toast(f"{VIEW}{name.lower()}. {MEANINGS[mode]}".rstrip())
 
 
 def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState:
@@ -87,6 +89,8 @@ def escape(services: Services, state: AppState, command: cmd.Escape) -> AppState
         return generation.cancel(services, state, cmd.CancelJob())
     if state.variants is not None:
         return replace(state, variants=None)
+    if state.look.mode != "picture":
+        return replace(state, look=replace(state.look, mode="picture"))
     return replace(state, refusal="", view=replace(state.view, flight=None))
 
 

@@ -1,5 +1,6 @@
 """The system's own file dialogs, asked without stopping the frame loop."""
 
+import os
 import shutil
 import sys
 from collections.abc import Sequence
@@ -24,9 +25,10 @@ class SystemDialogs:
         self._kind = ""
         self._running: Any = None
 
-    def ask_open(self) -> bool:
+    def ask_open(self, folder: str) -> bool:
         """Shows the open dialog; False when the system has none."""
-        return self._start("open", lambda: pfd.open_file("Open a photo or a scene", "", OPEN_FILTERS))
+        start = folder + os.sep
+        return self._start("open", lambda: pfd.open_file("Open a photo or a scene", start, OPEN_FILTERS))
 
     def ask_save(self, suggestion: str) -> bool:
         """Shows the save dialog; False when the system has none."""
@@ -43,11 +45,12 @@ class SystemDialogs:
         filters = ["Film", "*.mp4 *.gif"]
         return self._start("film", lambda: pfd.save_file("Save the film", suggestion, filters))
 
-    def ask_path(self, suggestion: str) -> bool:
-        """Shows the dialog for a camera path, or to open one; False when the system has none."""
+    def ask_path(self, suggestion: str, is_opening: bool) -> bool:
+        """Shows the dialog for a camera path, or in a folder to open one; False when the system has none."""
         filters = ["Camera path", "*.json"]
-        if not suggestion:
-            return self._start("open path", lambda: pfd.open_file("Open a camera path", "", filters))
+        if is_opening:
+            start = suggestion + os.sep
+            return self._start("open path", lambda: pfd.open_file("Open a camera path", start, filters))
         return self._start("save path", lambda: pfd.save_file("Save the camera path", suggestion, filters))
 
     def poll(self) -> Sequence[tuple[str, Path]]:

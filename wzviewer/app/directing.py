@@ -5,6 +5,7 @@ from pathlib import Path
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.documents import ask
+from wzviewer.app.folders import beginning
 from wzviewer.app.places import level_here
 from wzviewer.app.services import Services
 from wzviewer.app.shooting import film_size
@@ -238,11 +239,13 @@ def plan_keys_film(services: Services, state: AppState, command: cmd.PlanKeysFil
 def ask_path(services: Services, state: AppState, command: cmd.AskPath) -> AppState:
     """Asks for a camera path to open, or where to write one."""
     if command.is_opening:
-        return ask(state, services.dialogs.ask_path(""), "open path", str(Path.cwd()))
+        folder = str(beginning(state))
+        return ask(state, services.dialogs.ask_path(folder, is_opening=True), "open path", folder)
     if not state.timeline.path.keys:
         return state.with_toast("The timeline has no keys to write.")
-    suggestion = Path(state.name or "film").stem + "-path" + PATH_SUFFIX
-    return ask(state, services.dialogs.ask_path(suggestion), "save path", suggestion)
+    name = Path(state.name or "film").stem + "-path" + PATH_SUFFIX
+    suggestion = str(beginning(state) / name)
+    return ask(state, services.dialogs.ask_path(suggestion, is_opening=False), "save path", suggestion)
 
 
 def open_camera_path(services: Services, state: AppState, command: cmd.OpenCameraPath) -> AppState:

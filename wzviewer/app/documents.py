@@ -8,6 +8,7 @@ from pathlib import Path
 
 from wzviewer.app import commands as cmd
 from wzviewer.app.errands import Errand
+from wzviewer.app.folders import beginning, suggested
 from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
 from wzviewer.app.listing import Listing, listed, to_read
@@ -119,6 +120,7 @@ def _opened(services: Services, state: AppState, path: Path, content: _Content) 
     view = View.at_home(Camera.initial(photo.shape[1], photo.shape[0]), width, height)
     fresh = replace(fresh, view=view, photo=photo, finer_photo=content.finer)
     if path != demo_photo():
+        fresh = replace(fresh, source=path)
         note_document(services, fresh, path)
     return reconstruct(services, fresh)
 
@@ -172,7 +174,7 @@ def save(services: Services, state: AppState, command: cmd.Save) -> AppState:
         return state.with_toast("Nothing to save yet: the scene is still being made.")
     if state.path is not None and not command.asks:
         return save_to(services, state, cmd.SaveTo(state.path))
-    suggestion = Path(state.name or "scene").with_suffix(SCENE_SUFFIX).name
+    suggestion = suggested(state, "scene", SCENE_SUFFIX)
     return ask(state, services.dialogs.ask_save(suggestion), "save", suggestion)
 
 
@@ -233,16 +235,16 @@ def follow_errand(services: Services, state: AppState) -> AppState:
 
 def ask_open(services: Services, state: AppState, command: cmd.AskOpen) -> AppState:
     """Shows the open dialog."""
-    return ask(state, services.dialogs.ask_open(), "open", str(Path.cwd()))
+    folder = str(beginning(state))
+    return ask(state, services.dialogs.ask_open(folder), "open", folder)
 
 
 def ask(state: AppState, has_dialog: bool, kind: DialogKind, suggestion: str) -> AppState:
     """Falls back to a line of text where the system has no dialogs."""
     if has_dialog:
         return state
-    text = suggestion if kind.startswith("open") else str(Path.cwd() / suggestion)
-    found = to_read(kind, text)
-    panels = replace(state.panels, dialog=kind, dialog_path=text, dialog_note="", dialog_list=found)
+    found = to_read(kind, suggestion)
+    panels = replace(state.panels, dialog=kind, dialog_path=suggestion, dialog_note="", dialog_list=found)
     return replace(state, panels=panels)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from wzviewer.app import commands as cmd
 from wzviewer.app.documents import open_path, without_dialog
 from wzviewer.app.generation import ask_at, goal_here
+from wzviewer.app.listing import PHOTOS
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 from wzviewer.core.photos import load_cutout
@@ -16,6 +17,9 @@ IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".webp"})
 
 def drop(services: Services, state: AppState, command: cmd.Drop) -> AppState:
     """Opens a file, or asks whether a picture is to go into the one that is open."""
+    if command.path.suffix.lower() not in PHOTOS and command.path.is_file():
+        reason = f"{command.path.name} is neither a photo nor a scene of wzviewer."
+        return state.with_toast(reason, "error")
     is_image = command.path.suffix.lower() in IMAGE_SUFFIXES and command.path.is_file()
     if not is_image or not len(state.scene):
         return open_path(services, state, cmd.Open(command.path))

@@ -32,8 +32,9 @@ def generate(services: Services, state: AppState, command: cmd.Generate) -> AppS
             return state.with_toast("One moment: the photo is still being read. Esc cancels it.")
         return reconstruct(services, state) if state.photo is not None else state
     refusal = refusal_of(state.prompt, state.reading)
-    if refusal:  # at once, and not after a flight
-        return replace(state, refusal=refusal)
+    if refusal:  # at once, and not after a flight; what is typed to put it right must not reach the keys
+        panels = replace(state.panels, prompt_focus=cmd.FocusPrompt().frames)
+        return replace(state, refusal=refusal, panels=panels)
     state = replace(state, panels=replace(state.panels, materials=False))
     return ask_at(services, state, replace(goal_here(services, state), count=command.count))
 
@@ -67,7 +68,7 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
     """Asks for a goal: now, or once what runs has ended.  Then the prompt line is free again."""
     if state.job is not None and state.job.is_auto and _is_wanted(state.job, goal):
         return replace(state, job=replace(state.job, is_auto=False))
-    if state.job is not None and state.job.is_auto:  # of auto detail: it makes room for what was asked for
+    if state.job is not None and makes_room(state):
         services.client.cancel(ev.PATIENT_S)
         job = replace(state.job, is_cancelling=True)
         return _taken(replace(state, job=job, goal=goal, is_goal_waiting=True), goal)
@@ -75,6 +76,17 @@ def ask(services: Services, state: AppState, goal: Goal) -> AppState:
         return _wait(state, goal)
     after = begin(services, state, goal)
     return _taken(after, goal) if is_busy(after) else after
+
+
+def makes_room(state: AppState) -> bool:
+    """Whether auto detail runs, and nothing has been asked for since: what is asked for goes first."""
+    return state.job is not None and state.job.is_auto and not is_next(state)
+
+
+def is_next(state: AppState) -> bool:
+    """Whether what was asked for begins once auto detail, which runs still, has stopped."""
+    job = state.job
+    return job is not None and job.is_auto and job.is_cancelling and state.is_goal_waiting
 
 
 def _is_wanted(job: Job, goal: Goal) -> bool:
@@ -275,10 +287,11 @@ def _with_first_level(state: AppState, level: Level) -> AppState:
     """The flat picture becomes E_0 under the user's hand: the view stays where it is."""
     view = state.view
     fresh = View.at_home(level.camera, view.camera.width, view.camera.height)
-    focus = fresh.camera.unproject(view.camera.width / 2, view.camera.height / 2, level.anchor_depth)
     same = abs(fresh.home.focal_px / view.home.focal_px - 1.0) < 1e-3
-    view = replace(view, home=fresh.home, focus=focus) if same else replace(fresh, focus=focus)
-    return state.with_view(view)
+    view = replace(view, home=fresh.home) if same else fresh
+    camera = view.camera
+    focus = camera.unproject(camera.width / 2, camera.height / 2, level.anchor_depth)
+    return state.with_view(replace(view, focus=focus, focused=None))  # the surface there is another one
 
 
 def _finish(services: Services, state: AppState, level: Level) -> AppState:
@@ -319,7 +332,7 @@ def _drop(state: AppState, event: ev.LevelDropped) -> AppState:
     if state.job is not None and state.job.level == index and not state.scene.is_committed(index):
         state.scene.abort(index)
     job = state.job
-    if job is not None and job.is_auto and event.cancelled and state.is_goal_waiting:
+    if event.cancelled and is_next(state):
         return replace(state, job=None)  # it made room
     state = replace(state, job=None, goal=None, is_goal_waiting=False, asked_for=state.view.camera)
     goal = job.goal if job is not None else None

@@ -4,19 +4,36 @@ Reads imgui's input only, so that it runs without a window: a test pushes events
 Positions are framebuffer pixels, imgui's are logical points; a panel under the cursor keeps the mouse.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.keys import FAST, LETTERS, SLOW, Held, Modifiers, keymap_of, matches
+from wzviewer.app.keys import (
+    FAST,
+    LETTERS,
+    SLOW,
+    Binding,
+    Held,
+    Modifiers,
+    keymap_of,
+    matches,
+    works_while_typing,
+)
 from wzviewer.app.state import AppState, DragKind
 from wzviewer.app.summoning import covers_picture
 
 LEFT, RIGHT, MIDDLE = 0, 1, 2
 KEYS_OVER = frozenset((imgui.Key.escape, imgui.Key.f1, imgui.Key.f12))  # alive over a covered picture
 SIDE_BUTTONS: dict[int, type[cmd.Command]] = {3: cmd.GoBack, 4: cmd.GoForward}
+ANSWERS: dict[str, cmd.Command] = {  # what Enter says; a file, to the others
+    "drop": cmd.SettleDrop("insert"),
+    "making": cmd.Escape(),
+    "recover": cmd.SettleRecovery("recover"),
+    "unsaved": cmd.SettleUnsaved("save"),
+}
 DRAG_PX = 4.0  # a hand trembles while it clicks
 LONGEST_STEP_S = 0.1  # a stall is no reason to jump
 SCROLL_PT = 30.0  # that a notch moves what is held by Ctrl or Shift
@@ -177,23 +194,19 @@ def _read_keys(state: AppState, letters: str, modifiers: Modifiers) -> list[cmd.
         return _answer(state)
     if state.palette.is_open:  # which reads its own
         return []
-    if io.want_text_input:  # keys are dead while typing; the prompt line reads its own Enter and Escape
-        return []
+    keymap = keymap_of(state.settings.keymap, letters)
+    if io.want_text_input:  # other keys are for the line, which reads its own Enter and Escape
+        if io.key_alt:  # AltGr, which some systems report as Ctrl and Alt, types signs
+            return []
+        return _pressed([b for b in keymap.bindings if works_while_typing(b)], modifiers)
     if state.panels.prompt_focus:  # what is typed goes into the line
         return []
     if imgui.is_popup_open("", imgui.PopupFlags_.any_popup.value):  # a menu takes Escape, and no other key
         if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
             imgui.internal.close_popup_to_level(0, True)
         return []
-    commands: list[cmd.Command] = []
-    keymap = keymap_of(state.settings.keymap, letters)
     is_covered = covers_picture(state)
-    for binding in keymap.bindings:
-        keys = KEYS_OVER.intersection(binding.keys) if is_covered and not binding.ctrl else binding.keys
-        pressed = [key for key in keys if imgui.is_key_pressed(key, repeat=False)]
-        held_with = modifiers.get(pressed[0], (io.key_ctrl, io.key_shift)) if pressed else (False, False)
-        if pressed and binding.command is not None and matches(binding, *held_with):
-            commands.append(binding.command())
+    commands = _pressed(keymap.bindings, modifiers, is_covered)
     if cmd.FocusPrompt() in commands:  # in the same frame: what follows the slash is for the line
         text = _typed().partition("/")[2]
         return [cmd.FocusPrompt(), *([cmd.EditPrompt(state.prompt + text)] if text else [])]
@@ -207,18 +220,28 @@ def _read_keys(state: AppState, letters: str, modifiers: Modifiers) -> list[cmd.
     return [*commands, *_moves(state, held)] if held else commands
 
 
+def _pressed(
+    bindings: Iterable[Binding], modifiers: Modifiers, is_covered: bool = False
+) -> list[cmd.Command]:
+    """What the keys that were pressed in this frame ask for."""
+    io, commands = imgui.get_io(), list[cmd.Command]()
+    for binding in bindings:
+        keys = KEYS_OVER.intersection(binding.keys) if is_covered and not binding.ctrl else binding.keys
+        pressed = [key for key in keys if imgui.is_key_pressed(key, repeat=False)]
+        held_with = modifiers.get(pressed[0], (io.key_ctrl, io.key_shift)) if pressed else (False, False)
+        if pressed and binding.command is not None and matches(binding, *held_with):
+            commands.append(binding.command())
+    return commands
+
+
 def _answer(state: AppState) -> list[cmd.Command]:
     """A dialog takes Escape and Enter and no other key; its line of text reads its own Enter."""
     if imgui.is_key_pressed(imgui.Key.escape, repeat=False):
         return [cmd.Escape()]
-    if state.panels.dialog == "drop" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
-        return [cmd.SettleDrop("insert")]
-    if state.panels.dialog == "making" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
-        return [cmd.Escape()]
-    if state.panels.dialog == "recover" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
-        return [cmd.SettleRecovery("recover")]
-    if state.panels.dialog == "unsaved" and imgui.is_key_pressed(imgui.Key.enter, repeat=False):
-        return [cmd.SettleUnsaved("save")]
+    if imgui.get_io().want_text_input:
+        return []
+    if imgui.is_key_pressed(imgui.Key.enter, repeat=False):
+        return [ANSWERS.get(state.panels.dialog, cmd.ConfirmPath())]
     return []
 
 

@@ -4,7 +4,7 @@
 
     journal/SESSION/lock            held while the app lives: what is not held was left by a crash
                     000.level ...   one archive a level, written whole
-                    state.json      name of the document, marks of its levels, keys of its timeline
+                    state.json      name and file of the document, marks of its levels, keys of its timeline
 
 A thread writes; the frame loop only says how things stand.  A document that is saved, or closed with
 the user's consent, needs no journal, and its session is emptied.
@@ -49,12 +49,14 @@ class Leftover:
         name: of its document.
         count: of its levels.
         num_unseen: of these, variants that were not chosen and the like.
+        source: the file that it was made of or saved in, if there was one.
     """
 
     folder: Path
     name: str
     count: int
     num_unseen: int = 0
+    source: Path | None = None
 
     @property
     def what(self) -> str:
@@ -67,7 +69,7 @@ class Leftover:
 class Journal(Protocol):
     """Keeps finished levels while they are in no file."""
 
-    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS) -> None:
+    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS, source: Path | None = None) -> None:
         """Says which levels and keys of the timeline are in no file; costs nothing when nothing changed."""
 
     def clear(self) -> None:
@@ -91,7 +93,7 @@ class Journal(Protocol):
 class NoJournal:
     """Keeps nothing."""
 
-    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS) -> None:
+    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS, source: Path | None = None) -> None:
         """Does nothing."""
 
     def clear(self) -> None:
@@ -139,10 +141,10 @@ class JournalFolder:
         folder = user_data_path("wzviewer", appauthor=False) / "journal"
         return cls(folder, f"{time.time_ns()}-{os.getpid()}")
 
-    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS) -> None:
+    def keep(self, scene: Scene, name: str, keys: KeyPath = NO_KEYS, source: Path | None = None) -> None:
         """Has levels written that are finished and not yet kept, and what is said about them."""
         finished = tuple(level for level in scene if scene.is_committed(level.index))
-        asked = (id(scene), len(finished), scene.marks, name)
+        asked = (id(scene), len(finished), scene.marks, name, source)
         if asked == self._asked and keys is self._keys:
             return
         if scene is not self._scene:
@@ -154,7 +156,8 @@ class JournalFolder:
                 self._written.add(level.index)
                 self._work.put(("level", level))
         timeline = {FIELD: record_of(keys)} if keys.keys else {}
-        self._work.put(("state", {"name": name, **marks_to_json(scene.marks), **timeline}))
+        origin = {"source": str(source)} if source is not None else {}
+        self._work.put(("state", {"name": name, **origin, **marks_to_json(scene.marks), **timeline}))
 
     def clear(self) -> None:
         """Has the session emptied."""
@@ -172,7 +175,9 @@ class JournalFolder:
                     said = _read_state(folder)
                     marks = marks_from_json(said, count).values()
                     unseen = sum(mark.sight != "shown" for mark in marks)
-                    return Leftover(folder, str(said.get("name", "")), count, unseen)
+                    source = said.get("source")
+                    origin = Path(source) if isinstance(source, str) else None
+                    return Leftover(folder, str(said.get("name", "")), count, unseen, origin)
         return None
 
     def recover(self, leftover: Leftover) -> Scene:

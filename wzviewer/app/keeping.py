@@ -8,6 +8,7 @@ from pathlib import Path
 from wzviewer.app import commands as cmd
 from wzviewer.app.documents import ask
 from wzviewer.app.filming import look_options
+from wzviewer.app.folders import suggested
 from wzviewer.app.services import Services
 from wzviewer.app.shooting import planned_film, why_no_film, with_suffix
 from wzviewer.app.state import AppState, Film
@@ -34,7 +35,7 @@ def sized_view(state: AppState) -> Camera:
 
 def ask_picture(services: Services, state: AppState, command: cmd.AskPicture) -> AppState:
     """Asks where to write the picture."""
-    suggestion = Path(state.name or "view").with_suffix(".png").name
+    suggestion = suggested(state, "view", ".png")
     return ask(state, services.dialogs.ask_picture(suggestion), "picture", suggestion)
 
 
@@ -97,7 +98,7 @@ def ask_film(services: Services, state: AppState, command: cmd.AskFilm) -> AppSt
     reason = why_no_film(state)
     if reason:
         return state.with_toast(reason[:1].upper() + reason[1:].rstrip(".") + ".")
-    suggestion = Path(state.name or "zoom").with_suffix(state.plan.suffix).name
+    suggestion = suggested(state, "zoom", state.plan.suffix)
     return ask(state, services.dialogs.ask_film(suggestion), "film", suggestion)
 
 

@@ -23,6 +23,7 @@ MODIFIER = "⌘" if sys.platform == "darwin" else "Ctrl"
 Modifiers = Mapping[imgui.Key, tuple[bool, bool]]  # whether Ctrl and Shift were held at the press
 LETTERS = "wasdqe"  # at the places that fly, on an American keyboard
 FAST, SLOW = 3.0, 0.25  # with Shift, with Alt
+EDITING = frozenset((imgui.Key.z, imgui.Key.y, imgui.Key.c, imgui.Key.delete))  # with Ctrl, in a field
 SIGNS = {
     "`": "grave_accent",
     "-": "minus",
@@ -103,7 +104,7 @@ BINDINGS: tuple[Binding, ...] = (
     Binding("]", "The view after", "Look", (K.right_bracket,), cmd.GoForward),
     Binding("Enter, G", "New detail where you look", "Make", (K.enter, K.keypad_enter, K.g), cmd.Generate),
     Binding("R", "Draw the frame of the next level", "Make", (K.r,), cmd.ToggleRegion),
-    Binding("N", "Another of the newest level", "Make", (K.n,), cmd.Another),
+    Binding("N", "Another variant of the newest level", "Make", (K.n,), cmd.Another),
     Binding("PgUp, PgDn", "Go through variants", "Make", (K.page_down,), lambda: cmd.StepVariant(1)),
     Binding("PgUp", "The variant before", "", (K.page_up,), lambda: cmd.StepVariant(-1)),
     Binding("M", "Materials and weather", "Make", (K.m,), lambda: cmd.Toggle("materials")),
@@ -152,7 +153,7 @@ AUTHORS: tuple[Binding, ...] = (
     Binding("Z", "Undo", "Make", (K.z,), cmd.Undo),
     Binding("F2", "Auto detail on or off", "Make", (K.f2,), cmd.ToggleAuto),
     Binding("F6", "Draw the frame of the next level", "Make", (K.f6,), cmd.ToggleRegion),
-    Binding("F7", "Another of the newest level", "Make", (K.f7,), cmd.Another),
+    Binding("F7", "Another variant of the newest level", "Make", (K.f7,), cmd.Another),
     Binding("F8", "Materials and weather", "Make", (K.f8,), lambda: cmd.Toggle("materials")),
     Binding("X", "Save", "File", (K.x,), cmd.Save),
     Binding("F9", "Rename the level here", "Panels", (K.f9,), cmd.BeginRename),
@@ -240,6 +241,11 @@ def label_for(command: cmd.Command, keymap: KeymapName = "wzviewer") -> str:
     """Returns the key that gives exactly this command; empty when there is none."""
     made = ((b.label, b.command()) for b in keymap_of(keymap).bindings if b.command is not None)
     return next((label for label, other in made if other == command), "")
+
+
+def works_while_typing(binding: Binding) -> bool:
+    """Whether a binding works while typing, too: with Ctrl, and not one of those that edit a text."""
+    return binding.ctrl and not EDITING.intersection(binding.keys)
 
 
 def matches(binding: Binding, ctrl: bool, shift: bool) -> bool:

@@ -16,6 +16,12 @@ MODES: tuple[tuple[Mode, str], ...] = (
     ("depth", "Depth"),
     ("coverage", "Coverage"),
 )
+MEANINGS: dict[Mode, str] = {
+    "picture": "",
+    "levels": "A colour for each.",
+    "depth": "Near is bright.",
+    "coverage": "Pink is a hole.",
+}
 # From near to far, and from nothing to all; even steps of lightness.
 RAMP = np.array([(253, 231, 150), (240, 150, 90), (190, 80, 110), (110, 55, 130), (35, 30, 75)], np.float64)
 HOLE = np.array((255, 60, 160), np.float64)

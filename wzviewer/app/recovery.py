@@ -16,7 +16,8 @@ def keep(services: Services, state: AppState) -> None:
     if state.is_dirty and is_midway:
         return  # of a drag, or of a variant for which another stands back
     if state.is_dirty:
-        services.journal.keep(state.scene, state.name, state.timeline.path)
+        source = state.path if state.path is not None else state.source
+        services.journal.keep(state.scene, state.name, state.timeline.path, source)
     else:
         services.journal.clear()
 
@@ -48,6 +49,7 @@ def settle_recovery(services: Services, state: AppState, command: cmd.SettleReco
     fresh = replace(state, view=view, name=name, photo=None, job=None, goal=None, queue=Queue())
     fresh = with_scene(services, fresh, scene, path=None)
     # In this order: the levels lie in a session of our own before the old one is deleted.
-    services.journal.keep(scene, name, fresh.timeline.path)
+    services.journal.keep(scene, name, fresh.timeline.path, leftover.source)
     services.journal.discard(leftover)
-    return replace(fresh, saved=(0, {})).with_toast(f"Recovered {leftover.what}.", "done")
+    fresh = replace(fresh, saved=(0, {}), source=leftover.source)
+    return fresh.with_toast(f"Recovered {leftover.what}.", "done")

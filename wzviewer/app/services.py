@@ -116,8 +116,8 @@ class SceneRenderer(Protocol):
 class Dialogs(Protocol):
     """File dialogs that do not stop the frame loop."""
 
-    def ask_open(self) -> bool:
-        """Shows the open dialog; False when the system has none."""
+    def ask_open(self, folder: str) -> bool:
+        """Shows the open dialog, in a folder; False when the system has none."""
         ...
 
     def ask_save(self, suggestion: str) -> bool:
@@ -132,8 +132,8 @@ class Dialogs(Protocol):
         """Shows the dialog for a film; False when the system has none."""
         ...
 
-    def ask_path(self, suggestion: str) -> bool:
-        """Shows the dialog for a camera path, to open one when nothing is suggested; False for none."""
+    def ask_path(self, suggestion: str, is_opening: bool) -> bool:
+        """Shows the dialog for a camera path; to open one, in a folder.  False when the system has none."""
         ...
 
     def poll(self) -> Sequence[tuple[str, Path]]:

@@ -256,6 +256,7 @@ class AppState:
         photo: (h, w, 3) uint8, the picture before E_0 exists; None on the start page.
         finer_photo: the same with more pixels, if it has them.
         path: the scene's file, if it has one.
+        source: the file that the document was opened from; None for the demo's and what was recovered.
         name: of the document, for the title.
         saved: (levels, their marks) when last saved.
         prompt: U_{i+1} as typed.
@@ -294,6 +295,7 @@ class AppState:
     photo: ByteArray | None = None
     finer_photo: ByteArray | None = None
     path: Path | None = None
+    source: Path | None = None
     name: str = ""
     saved: tuple[int, dict[int, Mark]] = (0, {})
     prompt: str = ""

@@ -7,7 +7,7 @@ from wzviewer.app.generation import ask
 from wzviewer.app.history import changed
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal
-from wzviewer.app.variants import can_vary, group_of, newest
+from wzviewer.app.variants import CUTOUT, can_vary, group_of, newest
 
 MAX_COUNT = 4  # asked for at once
 
@@ -16,11 +16,18 @@ def another(services: Services, state: AppState, command: cmd.Another) -> AppSta
     """Asks for a level again, with another seed."""
     index = command.index if command.index is not None else _present(state)
     if index is None or not can_vary(state.scene, index):
-        return state.with_toast("There is no level here to make another of.")
+        return state.with_toast(_why_none(state, index))
     level = state.scene[index]
     count = min(max(command.count, 1), MAX_COUNT)
     goal = Goal(level.camera, level.prompt, level.frame.origin, count, like=index)
     return replace(ask(services, state, goal), variants=index)
+
+
+def _why_none(state: AppState, index: int | None) -> str:
+    """Why there can be no other of a level."""
+    if index is not None and 0 < index < len(state.scene) and CUTOUT in state.scene[index].notes:
+        return "A picture that was put in has no variants: it would be the same again."
+    return "There is no level here to make another of."
 
 
 def open_variants(services: Services, state: AppState, command: cmd.OpenVariants) -> AppState:

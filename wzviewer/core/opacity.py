@@ -9,7 +9,8 @@ Beyond the paper, a child covers only its camera's image::
     m    1 inside the child's image, 0 at and beyond its border, smooth between; of the point alone
     t    log interpolation from the parent's pixel scale (0) to the child's (1)
     u    what a level may use: u = u_parent m t, 1 at the root
-    w    weight = u * product over its children of (1 - m t); of overlapping siblings the newer first
+    w    weight = u * product over its children of (1 - m t); of overlapping siblings the newer first,
+         but for plain detail, which stays behind finer ones (`scene.siblings_before`)
 
 On a chain with m = 1 this is Eq. 3; on any tree the weights at a point sum to 1.  Scales decrease
 down the tree, so t of a level above 0 means t = 1 for its ancestors: ``u`` needs one t, and the
@@ -134,7 +135,7 @@ def ramp_start(parent: Camera, camera: Camera, frame: LevelFrame) -> Camera:
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """A level that takes a share out of another one: a child, or a newer sibling of an ancestor.
+    """A level that takes a share out of another one: a child, or a sibling that comes before an ancestor.
 
     Attributes:
         view: its camera, expanded about the covered level's anchor.
@@ -171,7 +172,7 @@ class Modulation:
 
     Attributes:
         parent_rows: (4,) ``(g, base)`` of the parent's camera, or None at the root.
-        covers: children, and newer siblings of the level and of its ancestors.
+        covers: children, and siblings that come before the level or an ancestor.
         cell_px: native pixels along a side of what one surfel stands for; more than 1 when merged, and less
             for a view that is asked at a finer scale than it has (`AnchoredView.finer`).
     """

@@ -25,7 +25,7 @@ from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import ALPHA_CUT, ALPHA_MAX, LOW_PASS_PX2, SURFEL_SIGMA_PX
 from wzviewer.core.opacity import LOG_SPAN_MIN, feather_px, ramp_start
-from wzviewer.core.scene import Scene
+from wzviewer.core.scene import Scene, siblings_before
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import DoubleArray, FloatArray, IntArray
 
@@ -252,14 +252,13 @@ def _widening(native: DoubleArray, render: DoubleArray) -> DoubleArray:
 
 
 def covers_of(scene: Scene, index: int) -> list[int]:
-    """Visible levels that take a share from a level: its children, and newer siblings on its path."""
-    newer = [
+    """Visible levels that take a share from a level: its children, and siblings before it on its path."""
+    before = [
         sibling
         for ancestor in scene.path(index)[1:]
-        for sibling in scene.children(scene[ancestor].parent or 0)
-        if sibling > ancestor
+        for sibling in siblings_before(scene, ancestor, scene[ancestor].parent or 0)
     ]
-    return scene.children(index) + newer
+    return scene.children(index) + before
 
 
 def _ramp(top: DoubleArray, here: DoubleArray, low: DoubleArray) -> DoubleArray:

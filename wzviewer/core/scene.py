@@ -30,6 +30,7 @@ from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import ByteArray, DoubleArray, FloatArray
 
 PHOTO = "photo"  # map of E_0: (H, W, 3) uint8, the same picture with more pixels
+FINER = 0.7  # as large as a pixel of the other level: clearly finer
 
 
 @dataclass(frozen=True)
@@ -236,6 +237,22 @@ class Scene:
         return sum(len(level.surfels) for level in self)
 
 
+def siblings_before(scene: Scene, index: int, parent: int) -> list[int]:
+    """Visible siblings of a visible level that take their share of what they overlap before it does.
+
+    The newer first.  But plain detail, which nobody put anything into, stays behind older siblings that are
+    finer: it would wipe out what was put there, as its picture holds nothing but the parent.  Every level is
+    put into the order once, so that it stays an order, and the weights at a point sum to 1.
+    """
+    order: list[int] = []  # first comes first
+    for sibling in scene.children(parent):
+        level = scene[sibling]
+        is_plain = not level.prompt and not level.notes.get("cutout")
+        finer = [i for i in order if is_plain and scene[i].frame.unit < FINER * level.frame.unit]
+        order.insert(order.index(finer[-1]) + 1 if finer else 0, sibling)
+    return sorted(order[: order.index(index)])
+
+
 def modulation(scene: Scene, index: int) -> Modulation:
     """Returns what Eq. 3 needs for one visible level: its parent and everything that covers it."""
     level = scene[index]
@@ -248,8 +265,8 @@ def modulation(scene: Scene, index: int) -> Modulation:
     for ancestor in scene.path(index)[1:]:
         parent = scene[ancestor].parent
         assert parent is not None  # the root is not in path[1:]
-        newer = [s for s in scene.children(parent) if s > ancestor]
-        covers += [_cover(scene, s, level.frame) for s in newer]
+        before = siblings_before(scene, ancestor, parent)
+        covers += [_cover(scene, s, level.frame) for s in before]
     return Modulation(parent_rows, tuple(covers))
 
 

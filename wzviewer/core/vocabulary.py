@@ -110,7 +110,7 @@ def read_prompt(prompt: str, vocabulary: Vocabulary) -> Reading:
     offers = _completions(prompt, spans, vocabulary) if is_typing else ()
     if is_typing and unknown and unknown[-1] == spans[-1] and _begins_a_word(words[-1], vocabulary):
         unknown.pop()  # it may still become one
-    if not offers and unknown:
+    if unknown and (not offers or unknown[0] != spans[-1]):  # what is wrong comes before what is unfinished
         offers = _nearest(prompt, unknown[0], vocabulary)
     return Reading(tuple(unknown), offers, bool(in_names))
 

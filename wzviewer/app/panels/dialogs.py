@@ -33,9 +33,9 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
     width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
     height = ui.pt(HEIGHT_PT + (LIST_PT if state.panels.dialog_list is not None else 0.0))
     top = max(window.height * 0.38 - height / 2, ui.pt(12))
-    with plate(
-        "dialog", Rect((window.width - width) / 2, top, width, 0.0), alpha=0.98, grows="down", is_front=True
-    ):
+    rect = Rect((window.width - width) / 2, top, width, 0.0)
+    name = "path" if kind in TITLES else "dialog"  # another one: it appears, and its line takes the cursor
+    with plate(name, rect, alpha=0.98, grows="down", is_front=True):
         if kind == "unsaved":
             return _unsaved(state, ui)
         if kind == "making":

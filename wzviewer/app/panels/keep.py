@@ -23,6 +23,7 @@ from wzviewer.app.panels.surface import (
     tooltip,
     wrapped,
 )
+from wzviewer.app.panels.wording import left_text
 from wzviewer.app.shooting import film_line, film_s, film_size, why_no_film
 from wzviewer.app.state import AppState
 
@@ -182,6 +183,8 @@ def draw_film(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], f
     with plate("film", Rect(rect.x, rect.y, rect.width, 0.0), grows="down"):
         room = imgui.get_content_region_avail().x
         share = "" if film.is_picture else f" {100 * film.fraction:.0f} %"
+        left = left_text(state.clock_s - film.started_s, film.fraction)
+        share += f", {left}" if left else ""
         what = "Stopping" if film.is_cancelling else f"{film.kind.capitalize()}{share}"
         button = ui.pt(72)
         imgui.align_text_to_frame_padding()

@@ -1,5 +1,7 @@
 """Above the prompt line, on request: materials and weather that the worker knows, by group."""
 
+from dataclasses import replace
+
 from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
@@ -7,6 +9,8 @@ from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.surface import Ui, colored, face, plate, small, tooltip
 from wzviewer.app.state import AppState
+
+LEAST_PT = 60.0  # of height, however little room there is
 
 
 def draw_materials(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], float]:
@@ -23,7 +27,11 @@ def draw_materials(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Comma
     )
     commands: list[cmd.Command] = []
     imgui.push_style_var(imgui.StyleVar_.frame_padding.value, (ui.pt(9), ui.pt(4)))
-    with plate("materials", above, grows="up", alpha=0.96):
+    room = max(above.y - ui.layout.tree.y, ui.pt(LEAST_PT))  # up to the toolbar; the rest can be scrolled
+    place = replace(above, y=above.y - room, height=room)
+    with plate("materials", place, grows="up", alpha=0.96, scrolls=True):
+        if not any(phrases for _, phrases, _ in groups):
+            small(ui, "One moment: wzviewer is getting ready.")
         for name, phrases, is_possible in groups:
             if not phrases:
                 continue

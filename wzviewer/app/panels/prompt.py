@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
-from wzviewer.app.generation import is_busy
+from wzviewer.app.generation import is_busy, is_next, makes_room
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.actions import CHEVRON_PT, TOOL_PT, draw_more, draw_tools, has_tools
 from wzviewer.app.panels.branches import tree_rows
@@ -34,6 +34,7 @@ from wzviewer.app.panels.waiting import draw_waiting
 from wzviewer.app.panels.wording import stage_text
 from wzviewer.app.state import AppState, Job
 from wzviewer.app.theme import u32
+from wzviewer.core.scene import Scene
 
 HINTS = (
     "Add something here, such as “a ladybug”, or leave empty for finer detail",
@@ -58,7 +59,7 @@ OFFERS_PT, REFUSAL_PT, PROGRESS_PT, WAITING_PT, VARIANTS_PT, MATERIALS_PT = (
     240.0,
 )
 LAST_STAGE = 5  # of the paper
-LONG_STEP_S = 8.0  # more than any first step needs once everything is compiled
+LONG_STEP_S = 8.0  # more than any step needs once everything is compiled
 
 
 def draw_prompt(state: AppState, ui: Ui) -> tuple[list[cmd.Command], Rect]:
@@ -183,12 +184,13 @@ def _mark_unknown(state: AppState, ui: Ui) -> None:
 
 
 def _action(state: AppState, ui: Ui, size: tuple[float, float]) -> list[cmd.Command]:
-    if is_busy(state) and state.prompt.strip():
+    is_typed = bool(state.prompt.strip())
+    if is_busy(state) and is_typed and not makes_room(state):
         pressed = imgui.button(f"{icons.ICON_FA_PLUS}  Queue", size)
         tooltip("Make this next   Enter")
         return [cmd.Generate()] if pressed else []
-    if is_busy(state):
-        is_cancelling = state.job is not None and state.job.is_cancelling
+    if is_busy(state) and not is_typed:
+        is_cancelling = state.job is not None and state.job.is_cancelling and not is_next(state)
         imgui.begin_disabled(is_cancelling)
         pressed = imgui.button("Stopping …" if is_cancelling else f"{icons.ICON_FA_XMARK}  Cancel", size)
         imgui.end_disabled()
@@ -210,15 +212,16 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
         since_s = job.stages[-1].start_s if job.stages else job.started_s
         elapsed = f"{max(state.clock_s - job.started_s, 0.0):.1f} s"
         room = imgui.get_content_region_avail().x
-        imgui.text_unformatted(elided(_headline(state, job), room - ui.pt(90)))
+        imgui.text_unformatted(elided(headline(state, job), room - ui.pt(90)))
         left = room + imgui.get_style().window_padding.x
         imgui.same_line(left - imgui.calc_text_size(elapsed).x - ui.pt(26))
         with colored(ui.colors.muted):
             imgui.text_unformatted(elapsed)
             pressed = _cross(ui, left)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
-        small(ui, elided(_past(job) or so_far(state.clock_s - since_s), room))
-        return [cmd.CancelJob()] if pressed and not job.is_cancelling else [], imgui.get_window_height()
+        small(ui, elided(below_bar(job, state.clock_s - since_s, is_first(state.scene, job)), room))
+        is_over = job.is_cancelling and not is_next(state)
+        return [cmd.CancelJob()] if pressed and not is_over else [], imgui.get_window_height()
 
 
 def _cross(ui: Ui, right: float) -> bool:
@@ -238,9 +241,13 @@ def _waiting(state: AppState, job: Job) -> str:
     return "Reading the photo" if job.kind == "photo" else "Looking at the view"
 
 
-def _headline(state: AppState, job: Job) -> str:
-    if job.is_cancelling:
+def headline(state: AppState, job: Job) -> str:
+    """What is going on, in a line."""
+    if job.is_cancelling and not is_next(state):
         return "Stopping …"
+    if job.is_cancelling:  # auto detail: what was asked for waits for it
+        what = f"“{state.goal.prompt}”" if state.goal is not None and state.goal.prompt else "New detail"
+        return f"{what} comes next"
     if not job.stages:
         return _waiting(state, job)
     stage = job.stages[-1]
@@ -252,10 +259,21 @@ def _headline(state: AppState, job: Job) -> str:
     return f"{number}{what}"
 
 
-def so_far(seconds: float) -> str:
-    """How long the first step takes; a long one compiles, as it does once on every machine."""
-    line = f"{max(seconds, 0.0):.1f} s in this step"
-    return f"{line} · the first time it can take a minute or two" if seconds > LONG_STEP_S else line
+def below_bar(job: Job, seconds: float, may_compile: bool) -> str:
+    """The steps that are done; or how long this one takes, where it is the first, or a long one."""
+    return so_far(seconds, may_compile) if seconds > LONG_STEP_S else _past(job) or so_far(seconds)
+
+
+def so_far(seconds: float, may_compile: bool = True) -> str:
+    """How long a step takes; a long one compiles, as it does once on every machine."""
+    line, is_long = f"{max(seconds, 0.0):.1f} s in this step", seconds > LONG_STEP_S
+    return f"{line} · the first time it can take a minute or two" if is_long and may_compile else line
+
+
+def is_first(scene: Scene, job: Job) -> bool:
+    """Whether nothing like it, with words or without, has been finished in this scene yet."""
+    made = (level for level in scene if level.index and scene.is_committed(level.index))
+    return job.kind == "photo" or not any(bool(level.prompt) == bool(job.prompt) for level in made)
 
 
 def _past(job: Job) -> str:

@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
+from wzviewer.app.look import MODES
 from wzviewer.app.panels.surface import Ui, elided, face, plate
 from wzviewer.app.panels.wording import magnification_text, share_text
 from wzviewer.app.state import AppState
@@ -80,6 +81,8 @@ def status_line(state: AppState, room: float) -> str:
     levels = [f"{count} levels"] if count > 1 else []
     if state.errand is not None:  # for a moment, and what one waits for
         return elided(f"{state.errand.line} …", room)
+    if state.look.mode != "picture":  # which some of them do not look like
+        return elided(f"{dict(MODES)[state.look.mode]} · Esc for the picture", room)
     whole = " · ".join([*auto, state.name, *levels])
     if imgui.calc_text_size(whole).x <= room or not auto + levels:
         return elided(whole, room)

@@ -60,7 +60,7 @@ def wish_text(scene: Scene, goal: Goal) -> str:
         name = "other detail" if what == DETAIL else f"another {what.removeprefix('a ').removeprefix('an ')}"
     else:
         name = goal.prompt or "finer detail"
-    return f"{name} ×{goal.count}" if goal.count > 1 else name
+    return f"{goal.count} × {name}" if goal.count > 1 else name  # in front: the end may be cut off
 
 
 def _more(ui: Ui, count: int) -> None:

@@ -1,5 +1,7 @@
 """Numbers and stages as people read them."""
 
+import math
+
 STAGES = {  # of the paper, as the worker calls them, and what they are to somebody who waits
     "initial scene": "making the photo 3D",
     "new scale image": "painting finer detail",
@@ -8,6 +10,7 @@ STAGES = {  # of the paper, as the worker calls them, and what they are to someb
     "auxiliary views": "filling in what is behind",
     "optimisation": "finishing touches",
 }
+SURE_S, SURE_SHARE = 4.0, 0.05  # of something, after which the rest of it can be told
 UNIT = "u"  # the world unit: the median distance in the photo
 
 
@@ -50,3 +53,18 @@ def count_text(count: int) -> str:
     if count < 1000:
         return str(count)
     return f"{count / 1e3:.0f} k" if count < 999_500 else f"{count / 1e6:.1f} M"
+
+
+def left_text(elapsed_s: float, fraction: float) -> str:
+    """Returns how long something still takes, such as 40 s left or 3 min left; empty while nobody can say.
+
+    Args:
+        elapsed_s: since it began, s.
+        fraction: of it that is done.
+    """
+    if elapsed_s < SURE_S or fraction < SURE_SHARE:
+        return ""
+    left_s = elapsed_s * (1.0 - min(fraction, 1.0)) / fraction
+    if left_s >= 90.0:
+        return f"{left_s / 60.0:.0f} min left"
+    return f"{max(math.ceil(left_s / 5.0), 1) * 5} s left"  # in fives: it is no clock
