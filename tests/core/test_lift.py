@@ -6,7 +6,7 @@ import pytest
 from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import SURFEL_SIGMA_PX
-from wzviewer.core.lift import BLOCK_PX, lift, lift_points, normals_from_relief
+from wzviewer.core.lift import BLOCK_PX, lift, normals_from_relief
 
 F = 200.0
 
@@ -92,27 +92,6 @@ def test_lifted_points_are_the_unprojected_pixels():
     truth = np.stack([camera.unproject(*p) for p in zip(x.ravel(), y.ravel(), depth.ravel(), strict=True)])
     assert np.abs(world - truth).max() / frame.unit < 1e-4  # native px; measured 6e-6
     assert np.allclose(surfels.native_scales, depth.ravel() / 0.7, rtol=1e-6)
-
-
-@pytest.mark.parametrize("normal", [(0.0, 0.0, -1.0), (0.6, 0.3, -0.7), (-0.2, 0.6, -0.7)])
-def test_points_lift_as_pixels_do(normal):
-    camera = wide_camera()
-    n = np.array(normal) / np.linalg.norm(normal)
-    relief = plane_relief(camera, n)
-    whole = lift(np.zeros((43, 64, 3), np.float32), relief, camera)
-    means = whole.means.reshape(43, 64, 3).astype(np.float64)
-    across, down = means[1:-1, 2:] - means[1:-1, :-2], means[2:, 1:-1] - means[:-2, 1:-1]
-    tangents = np.stack([across, down], 2).reshape(-1, 2, 3) / 2
-    y, x = (axis.ravel() for axis in np.mgrid[1:42, 1:63])
-    places = np.stack([x + 0.5, y + 0.5], 1)
-    z = relief[1:-1, 1:-1].ravel().astype(np.float64)
-    found = lift_points(places, z, tangents, np.zeros((len(z), 3), np.float32), camera, SURFEL_SIGMA_PX)
-    expected = whole.take((y * 64 + x))
-    frame = LevelFrame.of_camera(camera, 1.0)
-    assert np.allclose(found.means, expected.means, atol=1e-4)  # native px; measured 8e-6
-    assert np.allclose(found.native_scales, expected.native_scales, rtol=1e-6)
-    error = screen_covariances(found, camera, frame) - screen_covariances(expected, camera, frame)
-    assert np.abs(error).max() < 0.05 * SURFEL_SIGMA_PX**2
 
 
 def test_a_step_is_not_a_slope_and_nan_gives_nothing():

@@ -153,40 +153,6 @@ def lift(
     return Surfels(means=means, quats=quats, scales=scales, colors=colors, native_scales=native, **fixed)
 
 
-def lift_points(
-    places: DoubleArray,
-    relief: DoubleArray,
-    tangents: DoubleArray,
-    colors: FloatArray,
-    camera: Camera,
-    sigma_px: float,
-    opacity: float = SURFEL_OPACITY,
-) -> Surfels:
-    """Makes surfels of points behind an image that were seen from elsewhere, in the same frame as `lift`.
-
-    Args:
-        places: (n, 2) x, y px of the image.
-        relief: (n,) native px relative to the anchor.
-        tangents: (n, 2, 3) camera axes, native px at the anchor: the surface's steps from one pixel to the
-            next of the view that saw it.
-        colors: (n, 3) float32 sRGB.
-        camera: the image's.
-        sigma_px: standard deviation of a footprint in that view, px.
-        opacity: o of every surfel.
-    """
-    means = _means(places[:, 0], places[:, 1], relief, camera)
-    quats, scales = _axes(tangents[:, 0].T, tangents[:, 1].T)
-    return Surfels(
-        means=means.astype(np.float32),
-        quats=quats.astype(np.float32),
-        scales=(sigma_px * scales).astype(np.float32),
-        opacities=np.full(len(means), opacity, np.float32),
-        colors=colors,
-        native_scales=(1 + relief / camera.focal_px).astype(np.float32),
-        coverage=np.ones(len(means), np.float32),
-    )
-
-
 def _blocks(shape: tuple[int, ...]) -> Iterator[tuple[slice, slice]]:
     for y in range(0, shape[0], BLOCK_PX):
         for x in range(0, shape[1], BLOCK_PX):
@@ -205,24 +171,15 @@ def _geometry(
     """Returns means (n, 3), quats (n, 4) and scales (n, 2) of pixels (n,)."""
     f = camera.focal_px
     ray_x, ray_y = (x_px - camera.cx) / camera.fx, (y_px - camera.cy) / camera.fy
-    e_x, e_y = _tangents(ray_x, ray_y, normals.astype(np.float64), f / camera.fx, f / camera.fy)
-    quats, stretches = _axes(e_x, e_y)
-    return _means(x_px, y_px, delta, camera), quats, sigma_px * (1 + delta / f)[:, None] * stretches
-
-
-def _means(x_px: DoubleArray, y_px: DoubleArray, delta: DoubleArray, camera: Camera) -> DoubleArray:
-    f = camera.focal_px
-    ray_x, ray_y = (x_px - camera.cx) / camera.fx, (y_px - camera.cy) / camera.fy
     across = (x_px - camera.width / 2) * (f / camera.fx), (y_px - camera.height / 2) * (f / camera.fy)
-    return np.stack([across[0] + ray_x * delta, across[1] + ray_y * delta, delta], axis=1)
-
-
-def _axes(e_x: DoubleArray, e_y: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
-    """Returns quats (n, 4) and lengths (n, 2) of the axes of footprints with these tangents, (3, n) each."""
+    means = np.stack([across[0] + ray_x * delta, across[1] + ray_y * delta, delta], axis=1)
+    ranges = 1 + delta / f
+    e_x, e_y = _tangents(ray_x, ray_y, normals.astype(np.float64), f / camera.fx, f / camera.fy)
     long, short = _principal_axes(e_x, e_y)
     length, width = np.sqrt((long * long).sum(0)), np.sqrt((short * short).sum(0))
     quats = _quats_from_axes(long / length, -short / width)  # so that t1 x t2 faces the camera
-    return quats, np.stack([np.minimum(length, width / COS_TILT_MIN), width], axis=1)
+    stretch = np.minimum(length, width / COS_TILT_MIN)
+    return means, quats, sigma_px * ranges[:, None] * np.stack([stretch, width], axis=1)
 
 
 def _tangents(

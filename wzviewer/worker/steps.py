@@ -15,7 +15,6 @@ from wzviewer.worker.lining import with_lining
 from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.rasterize import LevelPart, render
-from wzviewer.worker.sides import with_sides
 from wzviewer.worker.stages.stage2_depth_registration import register
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
@@ -71,7 +70,7 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
     if not draft.path:
         return with_lining(draft)
     draft = replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
-    return with_lining(with_sides(replace(draft, layers=behind_redrawn(draft)), models, check))
+    return with_lining(replace(draft, layers=behind_redrawn(draft)))
 
 
 def behind_redrawn(draft: Draft) -> tuple[Layer, ...]:

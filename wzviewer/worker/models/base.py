@@ -10,7 +10,7 @@
 An adapter for a downloaded model replaces one of them and keeps the rest.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -20,7 +20,7 @@ from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.models.builtin.depth.estimator import DepthReading
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.synthesizer import Detail
-from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Side, Support
+from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Support
 from wzviewer.worker.models.builtin.views.synthesizer import Completion
 
 Check = Callable[[], None]
@@ -100,17 +100,6 @@ class ImageEditor(Protocol):
         parent_factor: float = 8.0,
     ) -> EditResult | None:
         """Draws objects of a coarser level again, finer; None when none is in view."""
-
-    def sides(
-        self,
-        placed: Sequence[tuple[Placement, tuple[float, float, float]]],
-        image: FloatArray,
-        relief: FloatArray,
-        mask: BoolArray,
-        focal_px: float,
-        check: Check | None = None,
-    ) -> Side:
-        """Returns points of objects behind what a level shows of them; none where it knows no more."""
 
 
 class ViewSynthesizer(Protocol):

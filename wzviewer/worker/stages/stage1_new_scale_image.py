@@ -253,7 +253,7 @@ def _redrawn(
     if not records:
         return draft
     placements = tuple(Placement.from_dict(record) for record in records)
-    mapping = mapping_of(level.camera, draft.camera)
+    mapping = _mapping(level.camera, draft.camera)
     factor = draft.camera.focal_px / draft.path[-1].camera.focal_px
     shared = (placements, mapping, draft.image, support, seed)
     result = models.editor.continue_into(*shared, check=check, parent_factor=factor)
@@ -263,7 +263,7 @@ def _redrawn(
     return _with_objects(replace(draft, extra={**draft.extra, "redrawn_objects": again}), result)
 
 
-def mapping_of(ancestor: Camera, camera: Camera) -> tuple[float, float, float]:
+def _mapping(ancestor: Camera, camera: Camera) -> tuple[float, float, float]:
     """(x0, y0, factor): this image's pixel is (ancestor's pixel - (x0, y0)) * factor."""
     factor = camera.focal_px / ancestor.focal_px
     return ancestor.cx - camera.cx / factor, ancestor.cy - camera.cy / factor, factor

@@ -65,17 +65,13 @@ def composite(
     color, alpha = soften(layer.color, layer.alpha, finish.blur_px)
     ground = shadowed(image, gain, light)
     lit = np.asarray(color / np.maximum(alpha, 1e-4)[..., None], np.float32)
+    toned = srgb_from_linear(np.asarray(1.05 * lit / (1 + 0.12 * lit), np.float32))
     noise = grain((image.shape[0], image.shape[1]), finish.grain, seed)[..., None]
-    body = np.asarray(harmonised(toned(lit), alpha, image) + noise, np.float32)
+    body = np.asarray(harmonised(toned, alpha, image) + noise, np.float32)
     cover = alpha[..., None]
     mixed = linear_from_srgb(body) * cover + linear_from_srgb(ground) * (1 - cover)
     result = np.where(cover > 0, srgb_from_linear(mixed), ground)
     return np.clip(result, 0, 1).astype(np.float32), alpha
-
-
-def toned(lit: FloatArray) -> FloatArray:
-    """Returns radiance (..., 3) as a camera shows it, sRGB."""
-    return np.asarray(srgb_from_linear(np.asarray(1.05 * lit / (1 + 0.12 * lit), np.float32)), np.float32)
 
 
 def soften(color: FloatArray, alpha: FloatArray, sigma_px: float) -> tuple[FloatArray, FloatArray]:

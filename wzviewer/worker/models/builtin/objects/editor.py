@@ -4,13 +4,12 @@
 objects again where a deeper level looks at them, so that the zoom shows finer structure.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
 import numpy as np
 
-from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker.models.builtin.objects import cutout, grammar
 from wzviewer.worker.models.builtin.objects.deeper import march_again
@@ -21,12 +20,11 @@ from wzviewer.worker.models.builtin.objects.lighting import Light
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, dew_of, unchanged
 from wzviewer.worker.models.builtin.objects.placement import Support
 from wzviewer.worker.models.builtin.objects.places import Spot, View, cover_of, spots
-from wzviewer.worker.models.builtin.objects.sides import Side, sides_of
 from wzviewer.worker.models.builtin.objects.sizes import metres_at, share_of
 from wzviewer.worker.models.builtin.objects.weather import changed_by, dew_on
 from wzviewer.worker.models.builtin.objects.words import SMALL
 
-__all__ = ["Edit", "EditResult", "Light", "ObjectEditor", "Placement", "Request", "Side", "Support"]
+__all__ = ["Edit", "EditResult", "Light", "ObjectEditor", "Placement", "Request", "Support"]
 
 
 class ObjectEditor:
@@ -173,30 +171,6 @@ class ObjectEditor:
             finer = march_again(placed, mapping, result, geometry, seed + k, check, parent_factor)
             result = finer if finer is not None else result
         return result if again or result.object_mask.any() else None
-
-    def sides(
-        self,
-        placed: Sequence[tuple[Placement, tuple[float, float, float]]],
-        image: FloatArray,
-        relief: FloatArray,
-        mask: BoolArray,
-        focal_px: float,
-        check: Check = None,
-    ) -> Side:
-        """Returns what of the objects lies behind a level's image; see `sides.sides_of`.
-
-        Args:
-            placed: objects of the level and of its ancestors, each with its mapping as in `continue_into`.
-            image: (h, w, 3) float32 sRGB.
-            relief: (h, w) float32 native px about the anchor.
-            mask: (h, w) bool, where objects are.
-            focal_px: of the level's camera.
-            check: as in `apply`.
-        """
-        known = [(p, mapping) for p, mapping in placed if p.name not in ("image", "dew")]
-        shown = image, relief, mask, focal_px, check
-        none = Side.none((mask.shape[0], mask.shape[1]))
-        return Side.joined([none, *(sides_of(p, mapping, *shown) for p, mapping in known)])
 
 
 def _weathered(result: EditResult, change: Change, relief: FloatArray, seed: int) -> EditResult:

@@ -24,7 +24,7 @@ A = TypeVar("A")
 B = TypeVar("B")
 
 TILE = 8
-BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
+_BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
 _ROTATED = np.array([[0.125, 0.625], [0.375, 0.125], [0.625, 0.875], [0.875, 0.375]])  # 4-rooks
 
 
@@ -199,8 +199,8 @@ def ground_shadow(
     near = np.linalg.norm(points[:, :2], axis=1) < 2.5
     out = np.ones((len(points), 2))
     index = np.flatnonzero(near)
-    chunks = [index[k : k + BAND] for k in range(0, len(index), BAND)]
-    parts = parallel(lambda c: scene.occlusion(points[c], normals[c], setting.to_light), chunks, check)
+    chunks = [index[k : k + _BAND] for k in range(0, len(index), _BAND)]
+    parts = _parallel(lambda c: scene.occlusion(points[c], normals[c], setting.to_light), chunks, check)
     for chunk, part in zip(chunks, parts, strict=True):
         out[chunk] = part
     return cv2.resize(
@@ -208,7 +208,7 @@ def ground_shadow(
     )
 
 
-def parallel(work: Callable[[A], B], items: list[A], check: Callable[[], object] | None) -> list[B]:
+def _parallel(work: Callable[[A], B], items: list[A], check: Callable[[], object] | None) -> list[B]:
     """Maps on threads (the kernels hold no lock) in the order of the items; asks `check` in between."""
     results: list[B] = []
     with ThreadPoolExecutor(min(os.cpu_count() or 1, 8)) as pool:
@@ -229,8 +229,8 @@ def _bands(
     scene: Scene, setting: Setting, rays: DoubleArray, check: Callable[[], object] | None
 ) -> FloatArray:
     """Returns (r, 10): colour, alpha, relief, normal, spare, nearest primitive of every ray."""
-    chunks = [rays[k : k + BAND] for k in range(0, len(rays), BAND)]
-    parts = parallel(lambda c: _shoot(scene, setting, c), chunks, check)
+    chunks = [rays[k : k + _BAND] for k in range(0, len(rays), _BAND)]
+    parts = _parallel(lambda c: _shoot(scene, setting, c), chunks, check)
     return np.concatenate(parts) if parts else np.zeros((0, 10), np.float32)
 
 
