@@ -236,3 +236,19 @@ def test_what_is_out_of_sight_within_a_hundredth_of_a_degree_gets_no_layer(jump_
     completion = ViewSynthesizer().complete(two_planes()[0], relief, None, deep, False)
     assert completion.layers == ()
     assert np.isfinite(completion.relief).all()
+
+
+@pytest.mark.parametrize("sky_px", [0.0, -0.01, 5e5])
+def test_what_stands_before_the_sky_of_a_close_view_keeps_its_depth(sky_px):
+    """The anchor may lie in the sky: its relief is then nothing to measure others by."""
+    closer = camera().zoomed_to_region(0.5, 0.5, 8.0)
+    sky = np.zeros((HEIGHT, WIDTH), bool)
+    sky[:, WIDTH // 2 :] = True
+    petal_px = -0.9 * closer.focal_px if sky_px <= 0 else 0.0  # nearer than the sky by far
+    relief = np.where(sky, sky_px, petal_px).astype(np.float32)
+    image = np.where(sky[..., None], np.float32(0.9), np.float32(0.2)) + np.zeros(
+        (HEIGHT, WIDTH, 3), np.float32
+    )
+    kept = ViewSynthesizer().complete(image, relief, sky, closer, outside=False).relief
+    assert np.allclose(kept[:, : WIDTH // 2 - 8], petal_px, rtol=1e-3)
+    assert np.allclose(kept[:, WIDTH // 2 + 8 :], sky_px, atol=1.0, rtol=1e-3)

@@ -142,7 +142,8 @@ def _with_sky(
         now = np.where(clean != shift, far_as_sky(clean, far, axis), sky)
         flat = now & (clean != shift)
     else:  # the label is as coarse as the level before, the depth is not
-        share = axis.relief_of(clean) / axis.relief_of(far)
+        depth, sky_depth = (axis.focal_px + axis.relief_of(s).astype(np.float64) for s in (clean, far))
+        share = depth / np.maximum(sky_depth, 1e-9)
         now, flat = share > LIKE_SKY, share > SAME_SKY
     return np.where(flat, far, clean).astype(np.float32), np.asarray(now)
 
