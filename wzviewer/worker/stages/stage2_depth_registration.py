@@ -26,7 +26,7 @@ from wzviewer.worker.models.builtin.depth.layers import (
     nearest_fill,
     step_mask,
 )
-from wzviewer.worker.models.builtin.depth.refine import segment, snap_steps
+from wzviewer.worker.models.builtin.depth.refine import segment, snap_steps, without_islands
 from wzviewer.worker.models.builtin.depth.regression import (
     FixedEffects,
     borrow,
@@ -294,6 +294,7 @@ def _base(
     slack = float(np.clip(FAR_SHARE * (focal_px + filled.min()), 1e-3, least))
     jump = np.where(band, least, np.float32(np.inf))
     snapped = snap_steps(filled, lab, SNAP_RADIUS_PX, jump, slack, FAR_FLOOR)
+    snapped = without_islands(snapped, filled, float(least))
     ring = max(round(RING_SHARE * min(h, w)), 1)
     result = filled.copy()
     result[ring:-ring, ring:-ring] = snapped[ring:-ring, ring:-ring]

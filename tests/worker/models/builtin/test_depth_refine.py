@@ -8,6 +8,7 @@ from wzviewer.worker.models.builtin.depth.refine import (
     segment_planes,
     smooth_disparity,
     snap_steps,
+    without_islands,
 )
 
 
@@ -94,3 +95,19 @@ def test_segments_follow_colors_and_resizing_keeps_steps():
     truth, _ = two_planes()
     large = resize_steps(truth, (400, 300))
     assert set(np.unique(large)) == set(np.unique(truth))
+
+
+def test_a_spot_of_another_colour_does_not_change_sides():
+    """A pale spot in a dark thing before a pale sky, close to its edge but not touching it."""
+    before = np.zeros((40, 60), np.float32)
+    before[:, :30] = 100  # the thing is near
+    snapped = before.copy()
+    snapped[20:24, 27:30] = 0  # a notch of the edge
+    before[:20, 18:26] += 0.5  # a slight step inside the thing, across the spot, that goes to its far side
+    snapped[:20, 18:24] += 0.5
+    snapped[10:14, 20:25] = 0  # the spot
+    found = without_islands(snapped, before, 0.1)
+    assert (found[10:14, 20:24] == 100.5).all()
+    assert (found[:10, 24:26] == 100).all()
+    assert np.array_equal(found[20:], snapped[20:])
+    assert np.array_equal(without_islands(before, before, 10.0), before)

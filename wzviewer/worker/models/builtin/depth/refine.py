@@ -12,6 +12,8 @@ import numpy as np
 from wzviewer.core.types import BoolArray, ByteArray, DoubleArray, FloatArray, IntArray
 from wzviewer.worker.models.builtin.depth.sky import smooth_like
 
+TOUCH_SHARE = 0.3  # of a pixel's change of depth: by less, what it now lies beside is nearer or farther
+
 
 def segment(
     image: FloatArray,
@@ -159,6 +161,35 @@ def snap_steps(
         value[here], lab[here], radius_px, (band[here], high[here], low[here]), slack, floor
     )
     return result
+
+
+def without_islands(snapped: FloatArray, value: FloatArray, jump: float) -> FloatArray:
+    """Gives pixels back that went to a side which they do not touch: colour alone makes no surface.
+
+    A pale spot of a petal has the colour of the sky beside it; as sky it would be a hole in the petal.
+
+    Args:
+        snapped: (h, w) from `snap_steps`.
+        value: (h, w) as it was.
+        jump: by how much a pixel changes that changes sides.
+    """
+    result, limit = snapped, jump
+    while (change := np.abs(result - value)).max() > limit:
+        result = np.where(_is_island(result, change, change > limit), value, result)
+        limit *= 8  # beside a step there may be another one that is many times as high
+    return result.astype(np.float32)
+
+
+def _is_island(value: FloatArray, change: FloatArray, moved: BoolArray) -> BoolArray:
+    """Tells which of the moved pixels (h, w) lie in pieces that touch nothing of their new depth."""
+    _, labels = cv2.connectedComponents(moved.astype(np.uint8), connectivity=4)
+    joined = np.zeros(int(labels.max()) + 1, np.bool_)
+    for axis in (0, 1):
+        for step in (1, -1):
+            beside, free = np.roll(value, step, axis), ~np.roll(moved, step, axis)
+            meets = moved & free & (np.abs(beside - value) < TOUCH_SHARE * change)
+            joined[np.unique(labels[meets])] = True
+    return np.asarray(moved & ~joined[labels])
 
 
 def _snap_window(
