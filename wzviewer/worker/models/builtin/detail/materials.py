@@ -2,15 +2,16 @@
 
 ::
 
-    foliage ──► venation ──► tissue ──► cell ──► granule ─┐    fur, bark, straw, weave ──► fibre ──► fibril
-                     petal ─┘  floret ─┘                  │                                              │
+    petal ──► velvet ──► tissue ──┐                                fur, bark, straw ──┬─── yarn ◄── weave
+    foliage ──► venation ► tissue ┴► cell ──► granule ────┐                            └──► fibre ──► fibril
+                             floret ─┘                    │                                              │
          skin, scales, wet ──► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
          ripple ──► caustic ──► plankton                                     └──► atom ─────────────┐
     sand ──► rock ─────────┐                                                                        │
     plaster, paint ► grit ─┴► granite ► facet ─┐                                                    │
     smooth ──► glaze ─┬► polish ──► alloy ─────┼──► lattice ──► orbital ◄───────────────────────────┘
                 metal ┘  brushed ────┘         │                   └──► nucleus ──► froth ──► orbital ..
-    sky ──► air ──► haze ──► droplet ──► frost ┘
+    sky, blur ► air ──► haze ► droplet ► frost ┘
 
 Eight levels of x8 lead from a leaf to its atoms and into them.
 """
@@ -93,6 +94,7 @@ MATERIALS: dict[str, Material] = {
         _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
         _material("cornea", "smooth tissue", "cytoplasm", 0.5, 0.004, 0.065, 0.2),
         _material("sky", "smooth sky", "air", 0.15, 0.002, 0.002, 0),
+        _material("blur", "soft background", "air", 0.15, 0.002, 0.002, 0),
         _material("air", "air", "haze", 0.15, 0.002, 0.009, 0),
         _material("haze", "haze", "droplet", 0.5, 0.004, 0.032, 0),
         _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.085, 0),
@@ -101,7 +103,8 @@ MATERIALS: dict[str, Material] = {
         _material("venation", "petal or leaf tissue", "tissue", 0.9, 0.01, 0.11, 0.3, micro=0.02),
         _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
         _material("floret", "florets", "cell", 0.9, 0.012, 0.07, 0.3, micro=0.055),
-        _material("petal", "petals", "tissue", 0.9, 0.01, 0.07, 0.2, micro=0.022),
+        _material("petal", "petals", "velvet", 0.9, 0.01, 0.07, 0.2, micro=0.016),
+        _material("velvet", "velvet of a petal", "tissue", 0.9, 0.012, 0.08, 0.4),
         _material("cell", "cells", "granule", 0.75, 0.012, DEEP, 1.2, 26.0),
         _material("granule", "grains of a cell", "membrane", 0.9, 0.012, DEEP, 1.2, 26.0, between="fibril"),
         _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.08, 0.48),
@@ -123,7 +126,8 @@ MATERIALS: dict[str, Material] = {
         _material("molecule", "great molecules", "atom", 0.9, 0.012, DEEP, 1.0, 26.0, "atom"),
         _material("lattice", "atoms in rows", "orbital", 0.9, 0.012, DEEP, 0.4, 26.0),
         _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, DEEP, 0.8, 26.0),
-        _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24, micro=0.03),
+        _material("weave", "cloth", "yarn", 0.9, 0.014, 0.05, 0.24, micro=0.03),
+        _material("yarn", "threads of cloth", "fibre", 0.9, 0.014, 0.16, 0.24),
         _material("scales", "scales", "cornea", 0.9, 0.016, 0.05, 0.3),
         _material("tissue", "skin of a leaf", "cell", 0.9, 0.012, 0.13, 1.4),
         _material("caustic", "glints on water", "plankton", 0.7, 0.008, 0.07, 0),

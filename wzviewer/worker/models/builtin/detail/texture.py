@@ -19,7 +19,7 @@ from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TI
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, stretched
 from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, SPECTRA, evened
 
-SMOOTH = frozenset({"smooth", "sky", "glaze", "wet"})
+SMOOTH = frozenset({"smooth", "sky", "blur", "glaze", "wet"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
 SHOWS_AS = {"metal": "polish"}
@@ -27,6 +27,9 @@ SHOWS_AS = {"metal": "polish"}
 TURN_RAD = 0.4
 """A tile is smaller than the picture: turned, it does not repeat along a row, and its light hardly turns."""
 NARROW = 0.4  # of the picture
+FORM_SIZE = 6.0
+EVEN = frozenset({"yarn", "weave", "lattice"})
+"""What is laid in rows, and gathers nowhere."""
 TURNABLE = frozenset(
     {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth"} | {"orbital"}
 )  # unlit tiles: a quarter turn does not move the light
@@ -122,6 +125,30 @@ def painted_texture(
     return total
 
 
+def coarse_forms(
+    place: Layout, names: tuple[str, ...], library: TileLibrary, seeds: tuple[int, ...]
+) -> FloatArray:
+    """Returns ``(h, w)`` in deviations: the forms of every material once more, `FORM_SIZE` times as large.
+
+    Cells lie together in cells, motes in swarms: what has one size only is a carpet.
+
+    Args:
+        place: where which label is, at the observation's size.
+        names: material name per label.
+        library: source of the tiles.
+        seeds: of the randomness; the same seeds give the same bytes.
+    """
+    height, width = place.labels.shape
+    total = np.zeros((height, width), np.float32)
+    for label, share in place.shares.items():
+        name = names[label]
+        if name not in GRAINS and name not in SMOOTH and name not in EVEN:
+            rng = np.random.default_rng([*seeds, 13, *name.encode()])
+            tile = library.tile(SHOWS_AS.get(name, name))
+            total += share * tile_texture(tile, name, width, height, rng, 8 / FORM_SIZE)
+    return total
+
+
 def _strands(
     grain: Grain,
     direction: tuple[FloatArray, FloatArray],
@@ -142,7 +169,7 @@ def _strands(
 
 
 def tile_texture(
-    tile: np.ndarray, name: str, width: int, height: int, rng: np.random.Generator, stride: int = 1
+    tile: np.ndarray, name: str, width: int, height: int, rng: np.random.Generator, stride: float = 1
 ) -> FloatArray:
     """Returns a piece of the endless tile, shifted and gently bent, ``(height, width)`` in deviations."""
     source = np.rot90(tile, int(rng.integers(4))) if name in TURNABLE else tile

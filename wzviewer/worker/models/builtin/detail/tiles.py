@@ -198,6 +198,29 @@ def weave(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(warped(lit.astype(np.float32), 1.8, rng) + 0.15 * fractal(n, 0.6, rng, lowest=30))
 
 
+def yarn(n: int, rng: np.random.Generator) -> FloatArray:
+    """Cloth near: twisted threads 16 px wide, over and under each other, their fibres and some that stray."""
+    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
+    column, row = (x // 16).astype(int), (y // 16).astype(int)
+    u, v = x / 16 - column - 0.46875, y / 16 - row - 0.46875
+    on_top = (column + row) % 2 == 0
+    across, along = np.where(on_top, u, v), np.where(on_top, v, u)
+    thread = np.sqrt(np.clip(1 - (1.9 * across) ** 2, 0, 1)) * (0.75 + 0.4 * np.cos(math.pi * along))
+    phase = rng.uniform(0, 6.3, (2, n // 16)).astype(np.float32)
+    own = np.where(on_top, phase[0][column], phase[1][row])
+    bent = own + 1.5 * fractal(n, 1.2, rng, lowest=n / 20)
+    fibres = np.sin(2 * math.pi * 3 * (along + 1.1 * across) + bent)
+    strays = np.zeros((2 * n, 2 * n), np.float32)
+    for _ in range(n * n // 2200):
+        start, angle = rng.uniform(0, n, 2), rng.uniform(0, 2 * math.pi)
+        bends = angle + np.cumsum(rng.normal(0, 0.25, 6))
+        path = start + np.cumsum(5 * np.stack([np.cos(bends), np.sin(bends)], 1), 0)
+        drawn_wrapped(strays, [tuple(place) for place in path], 1.0, 1)
+    height = (thread + 0.22 * fibres * (thread > 0.2)).astype(np.float32) + 0.5 * area_down(strays, n, n)
+    lit = warped((height + 0.6 * shaded(2 * periodic_blur(height, 0.6))).astype(np.float32), 2.5, rng)
+    return normalized(lit + 0.1 * fractal(n, 0.6, rng, lowest=30))
+
+
 def scales(n: int, rng: np.random.Generator) -> FloatArray:
     """Overlapping scales in offset rows, the upper over the lower, each with its own tone and a dark rim."""
     size = 16
@@ -306,6 +329,7 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "plaster": plaster,
     "ripple": ripple,
     "weave": weave,
+    "yarn": yarn,
     "scales": scales,
     "facet": facet,
     "plankton": plankton,
