@@ -2,12 +2,12 @@
 
 ::
 
-    petal ──► velvet ──► tissue ──┐                                fur, bark, straw ──┬─── yarn ◄── weave
-    foliage ──► venation ► tissue ┴► cell ──► granule ────┐                            └──► fibre ──► fibril
-                             floret ─┘                    │                                              │
+    petal ──► velvet ─────┐                                        fur, bark, straw ──┬─── yarn ◄── weave
+    foliage ──► venation ─┴► tissue ► cell ──► granule ───┐                            └──► fibre ──► fibril
+                     floret ─┘                            │                                              │
          skin, scales, wet ──► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
          ripple ──► caustic ──► plankton                                     └──► atom ─────────────┐
-    sand ──► rock ─────────┐                                                                        │
+    sand ──► rock ► stone ─┐                                                                        │
     plaster, paint ► grit ─┴► granite ► facet ─┐                                                    │
     smooth ──► glaze ─┬► polish ──► alloy ─────┼──► lattice ──► orbital ◄───────────────────────────┘
                 metal ┘  brushed ────┘         │                   └──► nucleus ──► froth ──► orbital ..
@@ -102,7 +102,7 @@ MATERIALS: dict[str, Material] = {
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "tissue", 0.9, 0.01, 0.11, 0.3, micro=0.02),
         _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
-        _material("floret", "florets", "cell", 0.9, 0.012, 0.07, 0.3, micro=0.055),
+        _material("floret", "florets", "tissue", 0.9, 0.012, 0.07, 0.3, micro=0.055),
         _material("petal", "petals", "velvet", 0.9, 0.01, 0.07, 0.2, micro=0.016),
         _material("velvet", "velvet of a petal", "tissue", 0.9, 0.012, 0.08, 0.4),
         _material("cell", "cells", "granule", 0.75, 0.012, DEEP, 1.2, 26.0),
@@ -112,7 +112,8 @@ MATERIALS: dict[str, Material] = {
         _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
         _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
         _material("brushed", "brushed metal", "alloy", 0.6, 0.008, 0.018, 0.12),
-        _material("rock", "rock", "granite", 1.2, 0.016, 0.09, 1.2),
+        _material("rock", "rock", "stone", 1.2, 0.016, 0.09, 1.2),
+        _material("stone", "weathered stone", "granite", 1.0, 0.014, 0.13, 0.8, 26.0),
         _material("granite", "crystals", "facet", 1.0, 0.014, DEEP, 0.84, 26.0),
         _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),
         _material("skin", "skin or leather", "cornea", 0.8, 0.008, 0.04, 0.24, micro=0.01),
