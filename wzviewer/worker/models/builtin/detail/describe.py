@@ -14,6 +14,7 @@ from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.blurs import with_blurs
 from wzviewer.worker.models.builtin.detail.cloths import with_cloths
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, split_off, statistics
+from wzviewer.worker.models.builtin.detail.folds import with_folds
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
 from wzviewer.worker.models.builtin.detail.rims import without_rims
 from wzviewer.worker.models.builtin.detail.waters import with_waters
@@ -79,6 +80,7 @@ def described(image: FloatArray, parent: Context | None = None) -> Context:
         names, level = classified(regions), 0
         labels, regions, names = with_waters(image, labels, regions, names)
         labels, regions, names = with_cloths(image, labels, regions, names)
+        labels = with_folds(labels, names)
         labels, regions, names = with_blurs(image, labels, regions, names)
     else:
         names, level = tuple(_heir(region, parent) for region in regions), parent.level + 1
