@@ -186,12 +186,14 @@ def test_texture_gathers_on_forms_where_the_picture_has_none():
 def test_forms_are_those_of_the_material_only_larger(library):
     place = layout(np.zeros((46, 68), np.uint8), np.zeros((368, 544, 3), np.float32))
     small = shrunk(place, 68, 46)
-    cells = coarse_forms(small, ("cell",), library, (1, 2))
+    seen = np.random.default_rng(2).normal(120, 4, (46, 68, 3)).astype(np.float32)
+    cells = coarse_forms(small, ("cell",), seen, library, (1, 2))
     assert cells.shape == (46, 68)
     assert 0.5 < cells.std() < 1.5  # measured 0.9
-    assert np.array_equal(cells, coarse_forms(small, ("cell",), library, (1, 2)))
-    assert not coarse_forms(small, ("sky",), library, (1, 2)).any()
-    assert not coarse_forms(small, ("yarn",), library, (1, 2)).any()
+    assert np.array_equal(cells, coarse_forms(small, ("cell",), seen, library, (1, 2)))
+    assert not coarse_forms(small, ("sky",), seen, library, (1, 2)).any()
+    assert not coarse_forms(small, ("yarn",), seen, library, (1, 2)).any()
+    assert coarse_forms(small, ("fibre",), seen, library, (1, 2)).std() == pytest.approx(1, abs=0.01)
 
 
 def test_what_the_coarser_picture_missed_is_faint():

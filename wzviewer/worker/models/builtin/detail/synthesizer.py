@@ -290,7 +290,9 @@ class DetailSynthesizer:
         """Returns the forms, in deviations, of what has none of its own; a photograph has them."""
         if job.level <= 1:
             return None
-        return coarse_forms(coarse, job.names, self._library, job.seeds) * bare(luma(job.observation))
+        return coarse_forms(coarse, job.names, job.observation, self._library, job.seeds) * bare(
+            luma(job.observation)
+        )
 
     def _sigma(self, job: _Job, place: Layout, coarse: Layout, forms: FloatArray | None) -> FloatArray:
         height, width = job.observation.shape[:2]

@@ -28,6 +28,7 @@ TURN_RAD = 0.4
 """A tile is smaller than the picture: turned, it does not repeat along a row, and its light hardly turns."""
 NARROW = 0.4  # of the picture
 FORM_SIZE = 6.0
+LOCK_PX = 0.6  # of the observation, per px of the strands
 EVEN = frozenset({"yarn", "weave", "lattice"})
 """What is laid in rows, and gathers nowhere."""
 TURNABLE = frozenset(
@@ -126,15 +127,20 @@ def painted_texture(
 
 
 def coarse_forms(
-    place: Layout, names: tuple[str, ...], library: TileLibrary, seeds: tuple[int, ...]
+    place: Layout,
+    names: tuple[str, ...],
+    observation: FloatArray,
+    library: TileLibrary,
+    seeds: tuple[int, ...],
 ) -> FloatArray:
     """Returns ``(h, w)`` in deviations: the forms of every material once more, `FORM_SIZE` times as large.
 
-    Cells lie together in cells, motes in swarms: what has one size only is a carpet.
+    Cells lie together in cells, motes in swarms, hairs in locks: what has one size only is a carpet.
 
     Args:
         place: where which label is, at the observation's size.
         names: material name per label.
+        observation: ``(h, w, 3)`` in grey levels; gives the grain its direction.
         library: source of the tiles.
         seeds: of the randomness; the same seeds give the same bytes.
     """
@@ -142,11 +148,26 @@ def coarse_forms(
     total = np.zeros((height, width), np.float32)
     for label, share in place.shares.items():
         name = names[label]
-        if name not in GRAINS and name not in SMOOTH and name not in EVEN:
-            rng = np.random.default_rng([*seeds, 13, *name.encode()])
+        if name in SMOOTH or name in EVEN:
+            continue
+        rng = np.random.default_rng([*seeds, 13, *name.encode()])
+        if name in GRAINS:
+            total += share * _locks(GRAINS[name], luma(observation), rng)
+        else:
             tile = library.tile(SHOWS_AS.get(name, name))
             total += share * tile_texture(tile, name, width, height, rng, 8 / FORM_SIZE)
     return total
+
+
+def _locks(grain: Grain, plane: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Returns wide strands along the plane's own grain, of unit deviation and of its size."""
+    height, width = plane.shape
+    direction = voted_direction(plane, 8 * width, 8 * height, CALM_VOTES)
+    wide = replace(
+        grain, width_px=LOCK_PX * grain.width_px, half_length_px=width // 3, vessels=0.0, velvet=0.0
+    )
+    strands = grain_texture(wide, direction, np.ones(plane.shape, bool), rng)
+    return strands / (strands.std() + np.float32(1e-6))
 
 
 def _strands(
