@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from wzviewer.worker.models.builtin.detail.blurs import out_of_focus, with_blurs
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, statistics
 from wzviewer.worker.models.builtin.detail.describe import (
     below_sky,
@@ -350,33 +349,6 @@ def test_a_white_petal_before_the_sky_is_no_sky():
     names = np.array((known := below_sky(meadow, image, sky)).materials)[known.labels]
     assert names[55, 5] == names[62, 10] == "petal"
     assert names[55, 100] == "smooth"
-
-
-def meadow_behind_a_flower():
-    """Sharp speckled leaves on the left, on the right the same out of focus; labels and names of one kind."""
-    rng = np.random.default_rng(3)
-    leaves = 0.4 + 0.15 * rng.normal(0, 1, (240, 360)).astype(np.float32)
-    leaves[:, 180:] = 0.4 + 6.0 * cv2.GaussianBlur(leaves - 0.4, (0, 0), 5.0)[:, 180:]
-    image = np.clip(leaves[..., None] * np.float32((0.6, 1.0, 0.3)), 0, 1)
-    return image, np.zeros((240, 360), np.uint8)
-
-
-def test_what_is_out_of_focus_stays_so_and_what_is_sharp_grows():
-    image, labels = meadow_behind_a_flower()
-    leaf = dataclasses.replace(PLAIN, green_red=-15, blue_yellow=20, calm=0.2)
-    found, regions, names = with_blurs(image, labels, (leaf,), ("foliage",))
-    assert names == ("foliage", "blur")
-    assert len(regions) == 2
-    assert (found[20:-20, :150] == 0).all()
-    assert (found[20:-20, 220:-20] == 1).mean() > 0.9  # measured 1.0
-    assert with_blurs(image, labels, (leaf,), ("plaster",))[2] == ("plaster",)
-    assert MATERIALS["blur"].closer == MATERIALS["sky"].closer
-
-
-def test_what_has_no_forms_at_all_is_not_out_of_focus():
-    flat = np.full((240, 360), 120, np.float32)
-    flat[100:140] = 60  # a sharp edge
-    assert not out_of_focus(flat).any()
 
 
 def test_five_levels_in_a_row_are_five_materials():

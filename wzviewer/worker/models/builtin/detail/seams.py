@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.worker.models.builtin.detail.amplitude import wet_places
+from wzviewer.worker.models.builtin.detail.flow import GRAINS
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS
 from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma, ramp
 
@@ -22,6 +24,9 @@ PATCHES, ON_FORMS = 0.35, 0.3
 GATHERED = 0.6  # as a logarithm, per deviation
 WHITE, ROOM_SHARE = 262.0, 0.3
 LEAST_PX = 60  # of the observation; fewer are specks
+
+WET = "wet"
+"""The material of an eye or a nose, of which only its gloss tells."""
 
 
 def with_seams(
@@ -114,3 +119,23 @@ def whole_forms(mask: BoolArray) -> BoolArray:
     for outline in outlines:
         cv2.fillConvexPoly(filled, cv2.convexHull(outline), 1)
     return np.asarray(filled > 0)
+
+
+def without_strands_on_gloss(
+    grey: FloatArray, labels: ByteArray, names: tuple[str, ...]
+) -> tuple[ByteArray, tuple[str, ...]]:
+    """Returns labels and names in which an eye amid fur is `WET`: deeper levels inherit it and grow no hair.
+
+    Args:
+        grey: ``(h, w, 3)`` the observation in grey levels.
+        labels: ``(h, w)`` u8, index into `names`.
+        names: material per label.
+    """
+    strands = np.array([name in GRAINS for name in names])[labels]
+    if not strands.any():
+        return labels, names
+    bare = np.array([name == "skin" for name in names])[labels]
+    wet = whole_forms(wet_places(luma(grey), strands | bare)) & (strands | bare)
+    if not wet.any():
+        return labels, names
+    return np.where(wet, len(names), labels).astype(np.uint8), (*names, WET)

@@ -15,7 +15,6 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     glossy,
     hems,
     sigma_map,
-    wet_places,
 )
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
@@ -45,8 +44,8 @@ from wzviewer.worker.models.builtin.detail.seams import (
     faded_border,
     most_in_light,
     unevenness,
-    whole_forms,
     with_seams,
+    without_strands_on_gloss,
 )
 from wzviewer.worker.models.builtin.detail.tables import (
     floor_table,
@@ -66,8 +65,6 @@ from wzviewer.worker.models.builtin.detail.texture import (
 Fractions = tuple[float, float, float, float]
 """``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
 
-WET = "wet"
-"""The material of an eye or a nose, of which only its gloss tells."""
 TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
 """In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
 COLOURED = frozenset({"foliage", "straw", "venation", "petal", "floret"})
@@ -346,26 +343,6 @@ def _promised(db: float, job: _Job) -> float:
     if db < REQUIRED_DB and job.width % columns == 0 and job.height % rows == 0:
         raise WorkerError("new detail", f"it contradicts what was there: {db:.1f} dB")
     return db
-
-
-def without_strands_on_gloss(
-    grey: FloatArray, labels: ByteArray, names: tuple[str, ...]
-) -> tuple[ByteArray, tuple[str, ...]]:
-    """Returns labels and names in which an eye amid fur is `WET`: deeper levels inherit it and grow no hair.
-
-    Args:
-        grey: ``(h, w, 3)`` the observation in grey levels.
-        labels: ``(h, w)`` u8, index into `names`.
-        names: material per label.
-    """
-    strands = np.array([name in GRAINS for name in names])[labels]
-    if not strands.any():
-        return labels, names
-    bare = np.array([name == "skin" for name in names])[labels]
-    wet = whole_forms(wet_places(luma(grey), strands | bare)) & (strands | bare)
-    if not wet.any():
-        return labels, names
-    return np.where(wet, len(names), labels).astype(np.uint8), (*names, WET)
 
 
 def doublings_for(factor: float) -> int:
