@@ -29,8 +29,8 @@ TURN_RAD = 0.4
 NARROW = 0.4  # of the picture
 FORM_SIZE = 6.0
 LOCK_PX = 0.6  # of the observation, per px of the strands
-EVEN = frozenset({"yarn", "weave", "lattice"})
-"""What is laid in rows, and gathers nowhere."""
+EVEN = frozenset({"yarn", "weave", "lattice", "polish", "metal"})
+"""What is laid in rows or glossy, and gathers nowhere."""
 TURNABLE = frozenset(
     {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth"} | {"orbital"}
 )  # unlit tiles: a quarter turn does not move the light
