@@ -5,7 +5,7 @@
     petal ──► velvet ─────┐                                        fur, bark, straw ──┬─── yarn ◄── weave
     foliage ──► venation ─┴► tissue ► cell ──► granule ───┐                            └──► fibre ──► fibril
                      floret ─┘                            │                                              │
-         skin, scales, wet ──► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
+    wet ► tear, skin, scales ► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
          ripple ──► caustic ──► plankton                                     └──► atom ─────────────┐
     sand ──► rock ► stone ─┐                                                                        │
     plaster, paint ► grit ─┴► granite ► facet ─┐                                                    │
@@ -91,7 +91,8 @@ MATERIALS: dict[str, Material] = {
         _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.05, 0),
         _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0, micro=0.014),
         _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.1, 0.3),
-        _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
+        _material("wet", "wet gloss", "tear", 0.35, 0.004, 0.004, 0),
+        _material("tear", "film of water", "cornea", 0.35, 0.004, 0.008, 0),
         _material("cornea", "smooth tissue", "cytoplasm", 0.5, 0.004, 0.065, 0.2),
         _material("sky", "smooth sky", "air", 0.15, 0.002, 0.002, 0),
         _material("blur", "soft background", "air", 0.15, 0.002, 0.002, 0),

@@ -19,7 +19,7 @@ from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TI
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, stretched
 from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, SPECTRA, evened
 
-SMOOTH = frozenset({"smooth", "sky", "blur", "glaze", "wet"})
+SMOOTH = frozenset({"smooth", "sky", "blur", "glaze", "wet", "tear"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
 SHOWS_AS = {"metal": "polish"}
