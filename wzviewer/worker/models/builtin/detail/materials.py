@@ -105,7 +105,7 @@ MATERIALS: dict[str, Material] = {
         _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
         _material("floret", "florets", "tissue", 0.9, 0.012, 0.07, 0.3, micro=0.055),
         _material("petal", "petals", "velvet", 0.9, 0.01, 0.07, 0.2, micro=0.016),
-        _material("velvet", "velvet of a petal", "tissue", 0.9, 0.012, 0.08, 0.4),
+        _material("velvet", "velvet of a petal", "tissue", 0.9, 0.012, 0.06, 0.4),
         _material("cell", "cells", "granule", 0.75, 0.012, DEEP, 1.2, 26.0),
         _material("granule", "grains of a cell", "membrane", 0.9, 0.012, DEEP, 1.2, 26.0, between="fibril"),
         _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.08, 0.48),
