@@ -13,7 +13,9 @@ from wzviewer.worker.models.builtin.detail.library import TileLibrary
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
 from wzviewer.worker.models.builtin.detail.noise import periodic_blur
 from wzviewer.worker.models.builtin.detail.octaves import BREATH, FORMS, evened
+from wzviewer.worker.models.builtin.detail.overlay import with_detail
 from wzviewer.worker.models.builtin.detail.seams import (
+    bare,
     dark_lines,
     faded_border,
     most_in_light,
@@ -22,7 +24,7 @@ from wzviewer.worker.models.builtin.detail.seams import (
     with_seams,
 )
 from wzviewer.worker.models.builtin.detail.synthesizer import DetailSynthesizer
-from wzviewer.worker.models.builtin.detail.texture import tile_texture
+from wzviewer.worker.models.builtin.detail.texture import coarse_forms, layout, shrunk, tile_texture
 from wzviewer.worker.models.builtin.detail.tint import tinted
 
 COLUMNS, ROWS = 34, 23
@@ -89,7 +91,9 @@ def test_eight_levels_keep_colour_and_contrast(library, name):
     assert max(contrast) < 0.24  # measured 0.164; more is noise
 
 
-@pytest.mark.parametrize("name", ["venation", "plaster", "skin", "sky", "ripple", "fur", "weave", "smooth"])
+@pytest.mark.parametrize(
+    "name", ["venation", "plaster", "skin", "sky", "ripple", "fur", "weave", "smooth", "petal"]
+)
 def test_eight_levels_are_eight_materials(name):
     seen = [name]
     while len(seen) < 8:
@@ -167,6 +171,39 @@ def test_texture_is_richer_on_forms_and_varies_from_place_to_place():
     assert factor[::6].mean() > factor[3::6].mean() + 0.2
     assert 0.3 < factor.min() < factor.max() < 2
     assert abs(factor.mean() - 1) < 0.3  # measured 0.02
+
+
+def test_texture_gathers_on_forms_where_the_picture_has_none():
+    flat = np.full((46, 68), 100, np.float32)
+    forms = np.tile(np.float32([-1, 1]), (46, 34))
+    factor = unevenness(flat, (1, 2), forms)
+    assert factor[:, 1::2].mean() > 2.5 * factor[:, ::2].mean()  # measured 2.9
+    assert (bare(flat) == 1).all()
+    flat[::6] = 140
+    assert bare(flat).max() == 0
+
+
+def test_forms_are_those_of_the_material_only_larger(library):
+    place = layout(np.zeros((46, 68), np.uint8), np.zeros((368, 544, 3), np.float32))
+    small = shrunk(place, 68, 46)
+    seen = np.random.default_rng(2).normal(120, 4, (46, 68, 3)).astype(np.float32)
+    cells = coarse_forms(small, ("cell",), seen, library, (1, 2))
+    assert cells.shape == (46, 68)
+    assert 0.5 < cells.std() < 1.5  # measured 0.9
+    assert np.array_equal(cells, coarse_forms(small, ("cell",), seen, library, (1, 2)))
+    assert not coarse_forms(small, ("sky",), seen, library, (1, 2)).any()
+    assert not coarse_forms(small, ("yarn",), seen, library, (1, 2)).any()
+    assert coarse_forms(small, ("fibre",), seen, library, (1, 2)).std() == pytest.approx(1, abs=0.01)
+
+
+def test_what_the_coarser_picture_missed_is_faint():
+    observation = np.full((46, 68, 3), 120, np.float32)
+    base = np.full((368, 544, 3), 120, np.float32)
+    forms = np.random.default_rng(0).normal(0, 1, (46, 68)).astype(np.float32)
+    none = np.zeros((368, 544), np.float32)
+    made = with_detail(base, none, observation, 2, forms=forms)
+    assert 44 < consistency_db(made, observation) < 50  # measured 48.7
+    assert np.array_equal(with_detail(base, none, observation, 2), base)
 
 
 def test_near_white_there_is_little_contrast_and_a_strong_colour_has_more():

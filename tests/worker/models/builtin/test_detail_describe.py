@@ -344,6 +344,11 @@ def test_a_white_petal_before_the_sky_is_no_sky():
     meadow = dataclasses.replace(context, regions=(*context.regions, green), materials=("sky", "foliage"))
     assert below_sky(meadow, np.full_like(image, 0.8), sky).materials[-1] == "petal"
     assert below_sky(meadow, np.full_like(image, 0.5), sky).materials[-1] == "smooth"  # far trees
+    image[:] = (0.6, 0.62, 0.66)  # hills in haze
+    image[50:60, :20] = 0.85
+    names = np.array((known := below_sky(meadow, image, sky)).materials)[known.labels]
+    assert names[55, 5] == names[62, 10] == "petal"
+    assert names[55, 100] == "smooth"
 
 
 def test_five_levels_in_a_row_are_five_materials():

@@ -23,7 +23,8 @@ BaseUpscaler = Callable[[FloatArray, int, int], FloatArray]
 """``base(image, doublings, level)``: grey levels ``(h, w, 3)`` in, each side 2^doublings times longer out."""
 MOST_DOUBLINGS = len(STEP_CHANNELS)
 WORN_LEVELS = 2  # the first zoom still shows the softness of the photograph, and the second enlarges it
-STEEPNESS = np.float32(1.0)
+STEEPNESS, PHOTOGRAPHED_STEEPNESS = np.float32(1.0), np.float32(0.6)
+"""Beyond the photograph, and in it, where a little of the lens's softness is kept."""
 THIN_GAIN = np.float32(0.8)
 BORDER_PX = 6
 """The picture is mirrored at its borders this far, or the network would see grey beyond them."""
@@ -59,12 +60,12 @@ class NetworkBase:
             made = self._network(picture, worn, doublings)[-1][0]
         inner = made[:, grow * pad : -grow * pad, grow * pad : -grow * pad]
         large = held(np.ascontiguousarray((inner * 255).permute(1, 2, 0).numpy()), image)
-        return large if level <= 1 else held(steeper(large, grow), image)
+        return held(steeper(large, grow, STEEPNESS if level > 1 else PHOTOGRAPHED_STEEPNESS), image)
 
 
-def steeper(large: FloatArray, grow: int) -> FloatArray:
+def steeper(large: FloatArray, grow: int, steepness: np.float32 = STEEPNESS) -> FloatArray:
     """Returns contours half a coarse pixel wide: what was invented has no softness of a lens to keep."""
-    return large + STEEPNESS * (large - blurred(large, 0.5 * grow))
+    return large + steepness * (large - blurred(large, 0.5 * grow))
 
 
 def held(large: FloatArray, image: FloatArray) -> FloatArray:

@@ -7,18 +7,24 @@ They know ten regions of a look, not things; a prompt word overrides them.
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.worker.models.builtin.detail.blurs import with_blurs
 from wzviewer.worker.models.builtin.detail.cloths import with_cloths
 from wzviewer.worker.models.builtin.detail.clusters import Region, regions_of, split_off, statistics
+from wzviewer.worker.models.builtin.detail.folds import with_folds
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS, closer
 from wzviewer.worker.models.builtin.detail.rims import without_rims
 from wzviewer.worker.models.builtin.detail.waters import with_waters
 
 BUILT_SHARE = 0.35
 """From this share of contours along two axes on it is walls, roofs and windows, no stone that broke."""
-PETAL_LIGHT = 0.6  # of a white petal; far trees are darker
+PETAL_LIGHT, PETAL_SHADE, PETAL_COLOUR = 0.72, 0.5, 0.14
+"""Of a white petal: in the light, at least in the shade, and the most of the channels' distance."""
+PETAL_PX, PETAL_REACH = 9, 0.05
+"""What is looked at, and how far the shade of a petal is from its light, as a share of the width."""
 EVEN_FINE = 0.6  # grey levels; rougher is no even surface
 LEAST_SOLID = 0.002  # of the picture
 OBJECTS_SPREAD = 2.5
@@ -74,6 +80,8 @@ def described(image: FloatArray, parent: Context | None = None) -> Context:
         names, level = classified(regions), 0
         labels, regions, names = with_waters(image, labels, regions, names)
         labels, regions, names = with_cloths(image, labels, regions, names)
+        labels = with_folds(labels, names)
+        labels, regions, names = with_blurs(image, labels, regions, names)
     else:
         names, level = tuple(_heir(region, parent) for region in regions), parent.level + 1
     return Context(labels, names, regions, words_for(regions, names), level)
@@ -97,11 +105,23 @@ def below_sky(context: Context, image: FloatArray, sky: BoolArray) -> Context:
     solid = named & ~sky
     if not sky.any() or solid.mean() < LEAST_SOLID:
         return context
-    labels, regions = split_off(image, context.labels, context.regions, solid)
-    light = solid & (image.min(2) > PETAL_LIGHT)
-    grows = any(map(_green, context.regions))
-    names = (*context.materials, "petal" if grows and light.sum() > 0.5 * solid.sum() else "smooth")
+    petals = solid & _white_petals(image) & any(map(_green, context.regions))
+    labels, regions, names = context.labels, context.regions, context.materials
+    for mask, name in ((solid & ~petals, "smooth"), (petals, "petal")):
+        if mask.mean() >= LEAST_SOLID / 2:
+            labels, regions = split_off(image, labels, regions, mask)
+            names = (*names, name)
     return Context(labels, names, regions, words_for(regions, names), context.level)
+
+
+def _white_petals(image: FloatArray) -> BoolArray:
+    """Where it is as light and plain as a white petal in the shade, and white nearby; far hills are not."""
+    mean = cv2.blur(image, (PETAL_PX, PETAL_PX))
+    darkest = mean.min(2)
+    plain = (darkest > PETAL_SHADE) & (mean.max(2) - darkest < PETAL_COLOUR)
+    reach = round(PETAL_REACH * image.shape[1])
+    white = cv2.dilate((darkest > PETAL_LIGHT).astype(np.uint8), np.ones((reach, reach), np.uint8))
+    return np.asarray(plain & (white > 0))
 
 
 def _heir(region: Region, parent: Context) -> str:

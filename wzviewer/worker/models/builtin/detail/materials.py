@@ -2,15 +2,16 @@
 
 ::
 
-    foliage ──► venation ──► tissue ──► cell ──► granule ─┐    fur, bark, straw, weave ──► fibre ──► fibril
-                     petal ─┘  floret ─┘                  │                                              │
-         skin, scales, wet ──► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
+    petal ──► velvet ─────┐                                        fur, bark, straw ──┬─── yarn ◄── weave
+    foliage ──► venation ─┴► tissue ► cell ──► granule ───┐                            └──► fibre ──► fibril
+                     floret ─┘                            │                                              │
+    wet ► tear, skin, scales ► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
          ripple ──► caustic ──► plankton                                     └──► atom ─────────────┐
-    sand ──► rock ─────────┐                                                                        │
+    sand ──► rock ► stone ─┐                                                                        │
     plaster, paint ► grit ─┴► granite ► facet ─┐                                                    │
     smooth ──► glaze ─┬► polish ──► alloy ─────┼──► lattice ──► orbital ◄───────────────────────────┘
                 metal ┘  brushed ────┘         │                   └──► nucleus ──► froth ──► orbital ..
-    sky ──► air ──► haze ──► droplet ──► frost ┘
+    sky, blur ► air ──► haze ► droplet ► frost ┘
 
 Eight levels of x8 lead from a leaf to its atoms and into them.
 """
@@ -90,9 +91,11 @@ MATERIALS: dict[str, Material] = {
         _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.05, 0),
         _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0, micro=0.014),
         _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.1, 0.3),
-        _material("wet", "wet gloss", "cornea", 0.35, 0.004, 0.004, 0),
+        _material("wet", "wet gloss", "tear", 0.35, 0.004, 0.004, 0),
+        _material("tear", "film of water", "cornea", 0.35, 0.004, 0.008, 0),
         _material("cornea", "smooth tissue", "cytoplasm", 0.5, 0.004, 0.065, 0.2),
         _material("sky", "smooth sky", "air", 0.15, 0.002, 0.002, 0),
+        _material("blur", "soft background", "air", 0.15, 0.002, 0.002, 0),
         _material("air", "air", "haze", 0.15, 0.002, 0.009, 0),
         _material("haze", "haze", "droplet", 0.5, 0.004, 0.032, 0),
         _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.085, 0),
@@ -100,8 +103,9 @@ MATERIALS: dict[str, Material] = {
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "tissue", 0.9, 0.01, 0.11, 0.3, micro=0.02),
         _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
-        _material("floret", "florets", "cell", 0.9, 0.012, 0.07, 0.3, micro=0.055),
-        _material("petal", "petals", "tissue", 0.9, 0.01, 0.07, 0.2, micro=0.022),
+        _material("floret", "florets", "tissue", 0.9, 0.012, 0.07, 0.3, micro=0.055),
+        _material("petal", "petals", "velvet", 0.9, 0.01, 0.07, 0.2, micro=0.016),
+        _material("velvet", "velvet of a petal", "tissue", 0.9, 0.012, 0.06, 0.4),
         _material("cell", "cells", "granule", 0.75, 0.012, DEEP, 1.2, 26.0),
         _material("granule", "grains of a cell", "membrane", 0.9, 0.012, DEEP, 1.2, 26.0, between="fibril"),
         _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.08, 0.48),
@@ -109,7 +113,8 @@ MATERIALS: dict[str, Material] = {
         _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
         _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
         _material("brushed", "brushed metal", "alloy", 0.6, 0.008, 0.018, 0.12),
-        _material("rock", "rock", "granite", 1.2, 0.016, 0.09, 1.2),
+        _material("rock", "rock", "stone", 1.2, 0.016, 0.09, 1.2),
+        _material("stone", "weathered stone", "granite", 1.0, 0.014, 0.13, 0.8, 26.0),
         _material("granite", "crystals", "facet", 1.0, 0.014, DEEP, 0.84, 26.0),
         _material("sand", "gravel", "rock", 1.2, 0.016, 0.07, 0.96),
         _material("skin", "skin or leather", "cornea", 0.8, 0.008, 0.04, 0.24, micro=0.01),
@@ -123,7 +128,8 @@ MATERIALS: dict[str, Material] = {
         _material("molecule", "great molecules", "atom", 0.9, 0.012, DEEP, 1.0, 26.0, "atom"),
         _material("lattice", "atoms in rows", "orbital", 0.9, 0.012, DEEP, 0.4, 26.0),
         _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, DEEP, 0.8, 26.0),
-        _material("weave", "cloth", "fibre", 0.9, 0.014, 0.05, 0.24, micro=0.03),
+        _material("weave", "cloth", "yarn", 0.9, 0.014, 0.05, 0.24, micro=0.03),
+        _material("yarn", "threads of cloth", "fibre", 0.9, 0.014, 0.16, 0.24),
         _material("scales", "scales", "cornea", 0.9, 0.016, 0.05, 0.3),
         _material("tissue", "skin of a leaf", "cell", 0.9, 0.012, 0.13, 1.4),
         _material("caustic", "glints on water", "plankton", 0.7, 0.008, 0.07, 0),

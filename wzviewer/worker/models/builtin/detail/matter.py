@@ -26,23 +26,26 @@ from wzviewer.worker.models.builtin.detail.noise import (
     warped,
 )
 
+RING_SPREAD = 0.24  # of the wavelength
 MARGIN_PX = 14  # no atom and no bond is longer
 
 
 def tissue(n: int, rng: np.random.Generator) -> FloatArray:
-    """The skin of a leaf: islands of small plates between pale veinlets, and stomata, a slit in two lips."""
-    first, second, _ = cellular(n, n // 16, rng)
-    veinlet = warped(np.exp(-np.square((second - first) / 2.0)).astype(np.float32), 2.0, rng)
-    inner, outer, index = cellular(n, n // 6, rng)
-    plates = 0.5 * np.minimum((outer - inner) / 1.8, 1) + rng.normal(0, 0.22, index.max() + 1)[index]
+    """The skin of a leaf: cells like pillows, lit aslant, in islands between veinlets; stomata among them."""
+    first, second, _ = cellular(n, n // 20, rng)
+    veinlet = warped(np.exp(-np.square((second - first) / 3.0)).astype(np.float32), 3.0, rng)
+    inner, _, index = cellular(n, n // 9, rng)
+    full = rng.uniform(0.5, 1.2, index.max() + 1).astype(np.float32)[index]
+    pillow = full * np.sqrt(np.clip(1 - np.square(inner / 6.6), 0, 1))
 
     def stoma(u: FloatArray, v: FloatArray) -> tuple[Any, Any]:
         radius = np.hypot(u / 5.5, v / 3.6)
         slit = np.exp(-np.square(u / 3.2) - np.square(v / 0.8))
         return 1.1 - 2.4 * slit - 0.7 * radius**4, (radius < 1)
 
-    height = stamped(plates.astype(np.float32) + 1.1 * veinlet, n * n // 700, 7, stoma, rng)
-    return normalized(periodic_blur(height + 0.8 * shaded(1.4 * height), 0.5))
+    height = stamped((pillow + 0.7 * veinlet).astype(np.float32), n * n // 1600, 7, stoma, rng)
+    height = warped(height, 1.5, rng) + 0.3 * fractal(n, 1.6, rng, lowest=12)
+    return normalized(periodic_blur(0.3 * height + 1.2 * shaded(1.7 * height), 0.5))
 
 
 def granule(n: int, rng: np.random.Generator) -> FloatArray:
@@ -187,7 +190,7 @@ def _rows_of_atoms(place: FloatArray, rng: np.random.Generator) -> tuple[FloatAr
 def orbital(n: int, rng: np.random.Generator) -> FloatArray:
     """Clouds of electrons: standing waves around every atom, round or lobed, which cross each other."""
     impulses = np.zeros((n, n), np.float32)
-    row, column = rng.integers(0, n, (2, n * n // 1100))
+    row, column = rng.integers(0, n, (2, n * n // 380))
     impulses[row, column] = rng.choice([-1.0, 1.0], len(row))
     glow = np.abs(impulses)
     lobed = rng.random(len(row)) < 0.5
@@ -195,15 +198,15 @@ def orbital(n: int, rng: np.random.Generator) -> FloatArray:
     impulses[np.mod(row + away[0], n)[lobed], np.mod(column + away[1], n)[lobed]] -= impulses[row, column][
         lobed
     ]
-    waves, cores = _ringed(impulses, n / 7.5), periodic_blur(glow, 2.2)
+    waves, cores = _ringed(impulses, n / 8.5), periodic_blur(glow, 2.2)
     return normalized(waves + 1.2 * cores / cores.max() + 0.5 * normalized(periodic_blur(glow, 7.0)))
 
 
 def _ringed(impulses: FloatArray, cycles: float) -> FloatArray:
-    """Rings of one wavelength around every impulse."""
+    """Two or three rings around every impulse: more of them are a target."""
     n = len(impulses)
     radius = np.hypot(np.fft.rfftfreq(n, 1 / n)[None], np.fft.fftfreq(n, 1 / n)[:, None])
-    gain = np.exp(-np.square((radius / cycles - 1) / 0.11))
+    gain = np.exp(-np.square((radius / cycles - 1) / RING_SPREAD))
     return normalized(np.fft.irfft2(np.fft.rfft2(impulses) * gain, s=(n, n)).astype(np.float32))
 
 
@@ -249,15 +252,18 @@ def air(n: int, rng: np.random.Generator) -> FloatArray:
 
 
 def haze(n: int, rng: np.random.Generator) -> FloatArray:
-    """Motes adrift in soft light: few, of all sizes, out of focus and in."""
-    total = 0.5 * normalized(periodic_blur(fractal(n, 1.3, rng, lowest=n / 32), 2.0))
+    """Motes adrift in soft light: of all sizes, out of focus and in, in swarms, and little between."""
+    swarms = fractal(n, 1.8, rng, lowest=4)
+    total = 0.12 * fractal(n, 1.3, rng, lowest=n / 32)
 
     def mote(u: FloatArray, v: FloatArray) -> tuple[Any, Any]:
-        size, focus = rng.uniform(0.8, 6.0), rng.uniform(0.3, 1.0)
-        disc = np.clip((size - np.hypot(u, v)) * focus + 0.5, 0, 1)
-        return rng.uniform(1.0, 5.0) / size**0.6 * disc, 0.8 * disc
+        size = rng.uniform(0.7, 1.9) if rng.random() < 0.6 else rng.uniform(2.0, 6.5)
+        disc = np.clip((size - np.hypot(u, v)) / (0.3 + rng.uniform(0.3, 0.9) * size) + 0.4, 0, 1)
+        disc = disc * disc * (3 - 2 * disc)
+        return rng.uniform(0.6, 2.0) / size**0.4 * disc, 0.7 * disc
 
-    return normalized(stamped(total.astype(np.float32), n * n // 1100, 8, mote, rng))
+    motes = stamped(total.astype(np.float32), n * n // 210, 10, mote, rng)
+    return normalized(total + (motes - total) * np.clip(0.5 + 0.6 * swarms, 0.05, 1.5))
 
 
 MATTER_MAKERS: dict[str, Callable[[int, np.random.Generator], FloatArray]] = {

@@ -5,7 +5,7 @@ import numpy as np
 
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.detail.describe import Context
-from wzviewer.worker.models.builtin.detail.measures import area_down, blurred, luma, stretched
+from wzviewer.worker.models.builtin.detail.measures import area_down, blurred, enlarged, luma, stretched
 from wzviewer.worker.models.builtin.detail.tint import tinted
 
 LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
@@ -14,6 +14,11 @@ is left of it at the working size (0.26 to 0.83)."""
 PHOTOGRAPHED_HUE = np.array([0.3, -0.08, -0.25], np.float32)
 """How far a grey level of detail shifts the colour of a photograph: warm to cool, hardly any luma."""
 WHITE = 254.0
+MISSED_RMS = 1.1
+"""In grey levels, 47.3 dB: so much of the forms of an invention the coarser picture may have missed.
+
+Without it forms end where a coarse pixel does, and every level is a carpet of one mesh."""
+MISSED_PX = 10.0  # of the observation: larger forms would be tones of whole places
 DEEP_LIGHT = 0.9
 """Share of the detail beyond the photograph that is light, not paint: paint would grey what is colourful."""
 EVEN = frozenset({"sky", "smooth"})
@@ -27,6 +32,7 @@ def with_detail(
     observation: FloatArray,
     level: int,
     light_share: FloatArray | float = 0.5,
+    forms: FloatArray | None = None,
 ) -> FloatArray:
     """Returns base plus detail, in grey levels: as light, as paint, a little as hue.
 
@@ -39,8 +45,11 @@ def with_detail(
         observation: ``(h, w, 3)`` in grey levels.
         level: of the new image: beyond the photograph's own, hue varies with the forms, see `tint`.
         light_share: of a photograph's detail, ``(H, W)`` or one for all; light on a leaf is green, not white.
+        forms: ``(h, w)`` in deviations, of what the observation hardly could see.
     """
     unseen = _unseen(detail, observation)
+    if forms is not None:
+        unseen += _missed(detail, observation, forms)
     as_light = np.float32(DEEP_LIGHT) if level > 1 else light_share
     light = as_light * unseen / np.maximum(luma(base), 24)
     image = base * (1 + light[..., None]) + ((1 - as_light) * unseen)[..., None]
@@ -65,6 +74,16 @@ def multiplied(detail: FloatArray, plane: FloatArray) -> FloatArray:
 def _unseen(detail: FloatArray, observation: FloatArray) -> FloatArray:
     height, width = observation.shape[:2]
     return detail - stretched(area_down(detail, width, height), detail.shape[1], detail.shape[0])
+
+
+def _missed(detail: FloatArray, observation: FloatArray, forms: FloatArray) -> FloatArray:
+    """Returns ``(H, W)``: of the detail and of its forms, what is too faint to contradict the observation."""
+    height, width = observation.shape[:2]
+    seen = area_down(detail, width, height)
+    seen -= blurred(seen, MISSED_PX)
+    seen += forms * np.float32(MISSED_RMS)
+    excess = MISSED_RMS / max(float(np.sqrt(np.mean(seen * seen))), MISSED_RMS)
+    return enlarged(seen * np.float32(excess), detail.shape[1], detail.shape[0])
 
 
 def grain_rms(context: Context) -> FloatArray:

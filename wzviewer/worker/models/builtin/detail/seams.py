@@ -9,8 +9,10 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.worker.models.builtin.detail.amplitude import wet_places
+from wzviewer.worker.models.builtin.detail.flow import GRAINS
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS
-from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma
+from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma, ramp
 
 SURROUNDINGS_PX = 6.0  # of the observation
 DARKER = 0.7  # deviations of the surroundings
@@ -19,8 +21,12 @@ PATCH_PX = 34.0  # of the observation, from a busy place to a calm one
 BORDER_SHARE, AT_BORDER = 0.17, 0.15
 """Of the shorter side: over how much of it texture fades in; its contrast at the very border."""
 PATCHES, ON_FORMS = 0.35, 0.3
+GATHERED = 0.6  # as a logarithm, per deviation
 WHITE, ROOM_SHARE = 262.0, 0.3
 LEAST_PX = 60  # of the observation; fewer are specks
+
+WET = "wet"
+"""The material of an eye or a nose, of which only its gloss tells."""
 
 
 def with_seams(
@@ -54,11 +60,17 @@ def dark_lines(plane: FloatArray) -> BoolArray:
     return np.asarray(blurred(away, 0.7) < -least)
 
 
-def unevenness(plane: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
+def bare(plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)`` in 0..1: where the observation has no forms; ``plane`` is luma in grey levels."""
+    return 1 - ramp(local_rms(plane - blurred(plane, SURROUNDINGS_PX), SURROUNDINGS_PX), 2.0, 5.0)
+
+
+def unevenness(plane: FloatArray, seeds: tuple[int, ...], forms: FloatArray | None = None) -> FloatArray:
     """Returns ``(h, w)`` about 1: factors on the contrast of new detail.
 
     Args:
         plane: ``(h, w)`` luma of the observation in grey levels.
+        forms: ``(h, w)`` in deviations, which the detail gathers on.
         seeds: of the randomness; the same seeds give the same bytes.
     """
     height, width = plane.shape
@@ -70,7 +82,9 @@ def unevenness(plane: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
     away = plane - blurred(plane, SURROUNDINGS_PX)
     form = np.tanh(away / (local_rms(away, 2 * SURROUNDINGS_PX) + np.float32(2)))
     factor: FloatArray = 1 + np.float32(PATCHES) * patches + np.float32(ON_FORMS) * form
-    return factor.clip(0.35, 1.8)
+    if forms is not None:
+        factor *= np.exp(np.float32(GATHERED) * forms)
+    return factor.clip(0.25, 1.8)
 
 
 def faded_border(width: int, height: int) -> FloatArray:
@@ -105,3 +119,23 @@ def whole_forms(mask: BoolArray) -> BoolArray:
     for outline in outlines:
         cv2.fillConvexPoly(filled, cv2.convexHull(outline), 1)
     return np.asarray(filled > 0)
+
+
+def without_strands_on_gloss(
+    grey: FloatArray, labels: ByteArray, names: tuple[str, ...]
+) -> tuple[ByteArray, tuple[str, ...]]:
+    """Returns labels and names in which an eye amid fur is `WET`: deeper levels inherit it and grow no hair.
+
+    Args:
+        grey: ``(h, w, 3)`` the observation in grey levels.
+        labels: ``(h, w)`` u8, index into `names`.
+        names: material per label.
+    """
+    strands = np.array([name in GRAINS for name in names])[labels]
+    if not strands.any():
+        return labels, names
+    bare = np.array([name == "skin" for name in names])[labels]
+    wet = whole_forms(wet_places(luma(grey), strands | bare)) & (strands | bare)
+    if not wet.any():
+        return labels, names
+    return np.where(wet, len(names), labels).astype(np.uint8), (*names, WET)

@@ -15,7 +15,6 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     glossy,
     hems,
     sigma_map,
-    wet_places,
 )
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
@@ -41,11 +40,12 @@ from wzviewer.worker.models.builtin.detail.overlay import (
     with_detail,
 )
 from wzviewer.worker.models.builtin.detail.seams import (
+    bare,
     faded_border,
     most_in_light,
     unevenness,
-    whole_forms,
     with_seams,
+    without_strands_on_gloss,
 )
 from wzviewer.worker.models.builtin.detail.tables import (
     floor_table,
@@ -54,13 +54,17 @@ from wzviewer.worker.models.builtin.detail.tables import (
     tints_table,
     wood_table,
 )
-from wzviewer.worker.models.builtin.detail.texture import Layout, layout, painted_texture, shrunk
+from wzviewer.worker.models.builtin.detail.texture import (
+    Layout,
+    coarse_forms,
+    layout,
+    painted_texture,
+    shrunk,
+)
 
 Fractions = tuple[float, float, float, float]
 """``(x0, y0, x1, y1)`` of a region, as fractions of its image."""
 
-WET = "wet"
-"""The material of an eye or a nose, of which only its gloss tells."""
 TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
 """In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
 COLOURED = frozenset({"foliage", "straw", "venation", "petal", "floret"})
@@ -265,10 +269,12 @@ class DetailSynthesizer:
         )
         job.check()
         base = roughened(base, texture, _roughness(job, place))
-        detail = texture * self._sigma(job, place)
+        coarse = shrunk(place, seen.shape[1], seen.shape[0])
+        forms = self._forms(job, coarse)
+        detail = texture * self._sigma(job, place, coarse, forms)
         if job.level > 1:
             detail = multiplied(detail, luma(base))
-        image = with_detail(base, detail, job.observation, job.level, _light_share(job, place))
+        image = with_detail(base, detail, job.observation, job.level, _light_share(job, place), forms)
         if job.grain_rms.any():
             grain = film_grain(texture.shape, job.seeds) * _spread_or_one(place, job.grain_rms)
             image += grain[..., None]
@@ -277,9 +283,16 @@ class DetailSynthesizer:
         labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
         return _resized(image, *size), _resized(detail, *size), labels
 
-    def _sigma(self, job: _Job, place: Layout) -> FloatArray:
+    def _forms(self, job: _Job, coarse: Layout) -> FloatArray | None:
+        """Returns the forms, in deviations, of what has none of its own; a photograph has them."""
+        if job.level <= 1:
+            return None
+        return coarse_forms(coarse, job.names, job.observation, self._library, job.seeds) * bare(
+            luma(job.observation)
+        )
+
+    def _sigma(self, job: _Job, place: Layout, coarse: Layout, forms: FloatArray | None) -> FloatArray:
         height, width = job.observation.shape[:2]
-        coarse = shrunk(place, width, height)
         floors = floor_table(job.names, job.level, job.prompted)
         gains = per_label(job.names, "gain")
         micros, ceilings = (per_label(job.names, name) for name in ("micro", "ceiling"))
@@ -294,7 +307,7 @@ class DetailSynthesizer:
                 sigma *= 1 - _spread(coarse, strands) * glossy(plane)
             sigma *= self._belonging(job, coarse)
         elif job.level > 1:
-            uneven = unevenness(plane, job.seeds) * faded_border(width, height)
+            uneven = unevenness(plane, job.seeds, forms) * faded_border(width, height)
             sigma = np.minimum(sigma * uneven, most_in_light(job.observation))
         return stretched(sigma, *job.work_size) * np.clip(sharp_gain, 0.3, 1.5)
 
@@ -330,26 +343,6 @@ def _promised(db: float, job: _Job) -> float:
     if db < REQUIRED_DB and job.width % columns == 0 and job.height % rows == 0:
         raise WorkerError("new detail", f"it contradicts what was there: {db:.1f} dB")
     return db
-
-
-def without_strands_on_gloss(
-    grey: FloatArray, labels: ByteArray, names: tuple[str, ...]
-) -> tuple[ByteArray, tuple[str, ...]]:
-    """Returns labels and names in which an eye amid fur is `WET`: deeper levels inherit it and grow no hair.
-
-    Args:
-        grey: ``(h, w, 3)`` the observation in grey levels.
-        labels: ``(h, w)`` u8, index into `names`.
-        names: material per label.
-    """
-    strands = np.array([name in GRAINS for name in names])[labels]
-    if not strands.any():
-        return labels, names
-    bare = np.array([name == "skin" for name in names])[labels]
-    wet = whole_forms(wet_places(luma(grey), strands | bare)) & (strands | bare)
-    if not wet.any():
-        return labels, names
-    return np.where(wet, len(names), labels).astype(np.uint8), (*names, WET)
 
 
 def doublings_for(factor: float) -> int:

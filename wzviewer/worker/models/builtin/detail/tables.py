@@ -8,8 +8,8 @@ from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.materials import per_label
 from wzviewer.worker.models.builtin.detail.overlay import grain_rms
 
-FIRST_DEEP = 0.55
-"""Of the deep contrast, at level 2: it still looks like the photograph, in which much is out of focus."""
+FIRST_DEEP = 0.6
+"""Of the deep contrast, at level 2: it still looks like the photograph, not like a micrograph."""
 
 
 def regional_table(context: Context, names: tuple[str, ...], level: int) -> FloatArray:

@@ -19,7 +19,7 @@ from wzviewer.worker.models.builtin.detail.library import INT8_PER_DEVIATION, TI
 from wzviewer.worker.models.builtin.detail.measures import area_down, luma, stretched
 from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, SPECTRA, evened
 
-SMOOTH = frozenset({"smooth", "sky", "glaze", "wet"})
+SMOOTH = frozenset({"smooth", "sky", "blur", "glaze", "wet", "tear"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
 SHOWS_AS = {"metal": "polish"}
@@ -27,6 +27,10 @@ SHOWS_AS = {"metal": "polish"}
 TURN_RAD = 0.4
 """A tile is smaller than the picture: turned, it does not repeat along a row, and its light hardly turns."""
 NARROW = 0.4  # of the picture
+FORM_SIZE = 6.0
+LOCK_PX = 0.6  # of the observation, per px of the strands
+EVEN = frozenset({"yarn", "weave", "lattice", "polish", "metal"})
+"""What is laid in rows or glossy, and gathers nowhere."""
 TURNABLE = frozenset(
     {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth"} | {"orbital"}
 )  # unlit tiles: a quarter turn does not move the light
@@ -122,6 +126,50 @@ def painted_texture(
     return total
 
 
+def coarse_forms(
+    place: Layout,
+    names: tuple[str, ...],
+    observation: FloatArray,
+    library: TileLibrary,
+    seeds: tuple[int, ...],
+) -> FloatArray:
+    """Returns ``(h, w)`` in deviations: the forms of every material once more, `FORM_SIZE` times as large.
+
+    Cells lie together in cells, motes in swarms, hairs in locks: what has one size only is a carpet.
+
+    Args:
+        place: where which label is, at the observation's size.
+        names: material name per label.
+        observation: ``(h, w, 3)`` in grey levels; gives the grain its direction.
+        library: source of the tiles.
+        seeds: of the randomness; the same seeds give the same bytes.
+    """
+    height, width = place.labels.shape
+    total = np.zeros((height, width), np.float32)
+    for label, share in place.shares.items():
+        name = names[label]
+        if name in SMOOTH or name in EVEN:
+            continue
+        rng = np.random.default_rng([*seeds, 13, *name.encode()])
+        if name in GRAINS:
+            total += share * _locks(GRAINS[name], luma(observation), rng)
+        else:
+            tile = library.tile(SHOWS_AS.get(name, name))
+            total += share * tile_texture(tile, name, width, height, rng, 8 / FORM_SIZE)
+    return total
+
+
+def _locks(grain: Grain, plane: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Returns wide strands along the plane's own grain, of unit deviation and of its size."""
+    height, width = plane.shape
+    direction = voted_direction(plane, 8 * width, 8 * height, CALM_VOTES)
+    wide = replace(
+        grain, width_px=LOCK_PX * grain.width_px, half_length_px=width // 3, vessels=0.0, velvet=0.0
+    )
+    strands = grain_texture(wide, direction, np.ones(plane.shape, bool), rng)
+    return strands / (strands.std() + np.float32(1e-6))
+
+
 def _strands(
     grain: Grain,
     direction: tuple[FloatArray, FloatArray],
@@ -142,7 +190,7 @@ def _strands(
 
 
 def tile_texture(
-    tile: np.ndarray, name: str, width: int, height: int, rng: np.random.Generator, stride: int = 1
+    tile: np.ndarray, name: str, width: int, height: int, rng: np.random.Generator, stride: float = 1
 ) -> FloatArray:
     """Returns a piece of the endless tile, shifted and gently bent, ``(height, width)`` in deviations."""
     source = np.rot90(tile, int(rng.integers(4))) if name in TURNABLE else tile

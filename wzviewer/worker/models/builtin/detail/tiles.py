@@ -35,17 +35,18 @@ def foliage(n: int, rng: np.random.Generator) -> FloatArray:
     Leaves larger than a coarse pixel would be taken back by consistency, all but their outlines.
     """
     clumps = fractal(n, 1.5, rng, lowest=10)
-    tone, front = np.zeros((n, n), np.float32), np.full((n, n), -9, np.float32)
-    for cell_px in (9, 7, 6, 8, 5):
-        first, _, index = cellular(n, n // cell_px, rng, stretch=rng.uniform(0.8, 1.25))
-        near = rng.normal(0, 0.6, index.max() + 1).astype(np.float32)[index]
-        dome = 1 - np.square(first / np.float32(0.52 * cell_px))
-        own = rng.normal(0, 0.5, index.max() + 1).astype(np.float32)[index] + 0.5 * near
-        height = near + np.minimum(dome, 0.15) * 4
-        seen = (height > front) & (dome > -0.25)
-        tone = np.where(seen, own + 0.25 * dome, tone).astype(np.float32)
-        front = np.where(seen, height, front)
-    return normalized(periodic_blur(warped(tone, 1.6, rng, slope=1.0) + 0.4 * clumps, 0.5))
+    count = n * n // 13
+    nearness = iter(np.linspace(-1.0, 1.0, count))
+
+    def leaf(u: FloatArray, v: FloatArray) -> tuple[Any, Any]:
+        length, width, near = rng.uniform(3.2, 6.2), rng.uniform(1.4, 2.8), next(nearness)
+        side = np.abs(v) / (width * np.clip(1 - np.square(u / length), 0, 1) ** 0.8 + 0.05)
+        own = 0.7 * near + rng.normal(0, 0.55)
+        rib = 0.25 * np.exp(-np.square(v / 0.6)) - 0.3 * np.sign(v) * np.minimum(np.abs(v), 1)
+        return own + rib - 0.3 * side, np.clip(2.0 * (1.05 - side), 0, 1) * (np.abs(u) < length)
+
+    tone = stamped(np.full((n, n), -1.5, np.float32), count, 7, leaf, rng)
+    return normalized(periodic_blur(tone + 0.4 * clumps, 0.5))
 
 
 def venation(n: int, rng: np.random.Generator) -> FloatArray:
@@ -143,6 +144,18 @@ def rock(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(periodic_blur(total + 0.6 * shaded(1.2 * rough), 0.5))
 
 
+def stone(n: int, rng: np.random.Generator) -> FloatArray:
+    """Weathered stone near: a pitted, ridged relief in raking light, with grains of other minerals in it."""
+    height = 0.8 * ridged(n, 3, n // 46, rng) + fractal(n, 1.4, rng, lowest=12)
+    pits, _, index = cellular(n, n // 18, rng)
+    deep = np.maximum(rng.normal(-0.3, 1.0, index.max() + 1), 0).astype(np.float32)[index]
+    height = warped((height - 1.4 * deep * np.exp(-np.square(pits / 4.0))).astype(np.float32), 3.0, rng)
+    first, second, index = cellular(n, n // 12, rng, stretch=1.2)
+    tone = rng.choice([0.0, 1.0, -1.0], index.max() + 1, p=[0.7, 0.18, 0.12]).astype(np.float32)[index]
+    mineral = warped(tone * np.minimum((second - first) / 2, 1), 1.5, rng)
+    return normalized(periodic_blur(1.3 * shaded(1.1 * height) + 0.25 * height + 0.55 * mineral, 0.5))
+
+
 def sand(n: int, rng: np.random.Generator) -> FloatArray:
     """Grains of uneven size, each a small lit dome with its own tone, some fallen together."""
     total = np.zeros((n, n), np.float32)
@@ -196,6 +209,29 @@ def weave(n: int, rng: np.random.Generator) -> FloatArray:
     height = (thread + twist + np.where(warp_on_top, tones[0][column], tones[1][row])).astype(np.float32)
     lit = height + 0.5 * shaded(2 * periodic_blur(height, 0.7))
     return normalized(warped(lit.astype(np.float32), 1.8, rng) + 0.15 * fractal(n, 0.6, rng, lowest=30))
+
+
+def yarn(n: int, rng: np.random.Generator) -> FloatArray:
+    """Cloth near: twisted threads 16 px wide, over and under each other, their fibres and some that stray."""
+    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
+    column, row = (x // 16).astype(int), (y // 16).astype(int)
+    u, v = x / 16 - column - 0.46875, y / 16 - row - 0.46875
+    on_top = (column + row) % 2 == 0
+    across, along = np.where(on_top, u, v), np.where(on_top, v, u)
+    thread = np.sqrt(np.clip(1 - (1.9 * across) ** 2, 0, 1)) * (0.75 + 0.4 * np.cos(math.pi * along))
+    phase = rng.uniform(0, 6.3, (2, n // 16)).astype(np.float32)
+    own = np.where(on_top, phase[0][column], phase[1][row])
+    bent = own + 1.5 * fractal(n, 1.2, rng, lowest=n / 20)
+    fibres = np.sin(2 * math.pi * 3 * (along + 1.1 * across) + bent)
+    strays = np.zeros((2 * n, 2 * n), np.float32)
+    for _ in range(n * n // 2200):
+        start, angle = rng.uniform(0, n, 2), rng.uniform(0, 2 * math.pi)
+        bends = angle + np.cumsum(rng.normal(0, 0.25, 6))
+        path = start + np.cumsum(5 * np.stack([np.cos(bends), np.sin(bends)], 1), 0)
+        drawn_wrapped(strays, [tuple(place) for place in path], 1.0, 1)
+    height = (thread + 0.22 * fibres * (thread > 0.2)).astype(np.float32) + 0.5 * area_down(strays, n, n)
+    lit = warped((height + 0.6 * shaded(2 * periodic_blur(height, 0.6))).astype(np.float32), 2.5, rng)
+    return normalized(lit + 0.1 * fractal(n, 0.6, rng, lowest=30))
 
 
 def scales(n: int, rng: np.random.Generator) -> FloatArray:
@@ -301,11 +337,13 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "granite": granite,
     "rock": rock,
     "sand": sand,
+    "stone": stone,
     "grit": grit,
     "skin": skin,
     "plaster": plaster,
     "ripple": ripple,
     "weave": weave,
+    "yarn": yarn,
     "scales": scales,
     "facet": facet,
     "plankton": plankton,
