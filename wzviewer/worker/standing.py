@@ -1,0 +1,100 @@
+"""Objects of a level as surfels of their own, in front of the surface that they stand on.
+
+Of a pixel that shows an object with coverage alpha, the ground is one surfel and the object another,
+so that nothing of mixed colour is at the depth of either.
+"""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from wzviewer.core.constants import SURFEL_OPACITY, SURFEL_SIGMA_PX
+from wzviewer.core.lift import lift, lift_spanned
+from wzviewer.core.surfels import Surfels
+from wzviewer.core.types import FloatArray
+from wzviewer.worker.draft import Draft
+from wzviewer.worker.models.builtin.objects.parts import Part, solid
+from wzviewer.worker.models.builtin.views.layers import Layer
+from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
+
+OPAQUE = 0.97  # coverage by an object, from which on nothing is seen through it
+SHEER = 0.9  # opacity, below which a surfel is meant to be seen through
+FLANK_SIGMA_PX = 0.75  # not optimised: softer than the front, and closed
+CONTACT_PX = 0.25  # that an object is in front of its ground
+_REACH = 4  # pixels whose footprints reach into one
+
+
+def front_surfels(draft: Draft) -> Surfels:
+    """Lifts what a draft's own camera sees: the ground, and in front of it the objects' parts."""
+    image = draft.image if draft.ground is None else draft.ground
+    ground = generate_surfels(image, draft.relief, draft.camera)
+    return Surfels.concatenate([ground, *(_part_surfels(part, draft) for part in draft.parts)])
+
+
+def flank_surfels(draft: Draft) -> list[Surfels]:
+    """Lifts what is hidden of the objects."""
+    return [
+        lift_spanned(f.corners, f.color, opacity_of(f.alpha), draft.camera, FLANK_SIGMA_PX)
+        for f in draft.flanks
+        if len(f.alpha)
+    ]
+
+
+def _part_surfels(part: Part, draft: Draft) -> Surfels:
+    return lift(
+        part.color,
+        part.relief,
+        draft.camera,
+        opacity=opacity_of(part.alpha),
+        offset_px=part.offset_px,
+    )
+
+
+def opacity_of(coverage: FloatArray) -> FloatArray:
+    """Returns the opacity of pixel-aligned surfels that together cover so much of a pixel."""
+    steps = np.arange(-_REACH, _REACH + 1)
+    x, y = np.meshgrid(steps, steps)
+    footprint = np.exp(-0.5 * (x * x + y * y) / SURFEL_SIGMA_PX**2).ravel()
+    opacity = np.linspace(0, SURFEL_OPACITY, 64)
+    covered = 1 - np.prod(1 - opacity[:, None] * footprint, axis=1)
+    covered[-1] = 1.0
+    return np.interp(coverage, covered, opacity).astype(np.float32)
+
+
+def settled(draft: Draft) -> Draft:
+    """Returns a draft whose objects are in front of its registered surface."""
+    return replace(draft, parts=tuple(_in_front(part, draft.relief) for part in draft.parts))
+
+
+def _in_front(part: Part, relief: FloatArray) -> Part:
+    (x, y), (h, w) = part.offset_px, part.alpha.shape
+    ground = relief[y : y + h, x : x + w]
+    limit = np.where(np.isfinite(ground), ground - np.float32(CONTACT_PX), np.float32(np.inf))
+    return replace(part, relief=np.minimum(part.relief, limit))
+
+
+def seen_relief(draft: Draft) -> FloatArray:
+    """Returns the relief (h, w) with the objects, where they cover half of a pixel."""
+    covered, nearest = solid(draft.parts, draft.relief.shape, 0.5)
+    return np.where(covered, nearest, draft.relief).astype(np.float32)
+
+
+def covering_relief(draft: Draft) -> FloatArray:
+    """Returns the relief (h, w) with the objects, where nothing is seen through them."""
+    covered, nearest = solid(draft.parts, draft.relief.shape, OPAQUE)
+    core = cv2.erode(covered.astype(np.uint8), np.ones((3, 3), np.uint8), borderValue=1) > 0
+    return np.where(core, nearest, draft.relief).astype(np.float32)
+
+
+def part_layers(draft: Draft, least: float) -> tuple[Layer, ...]:
+    """Returns the parts as layers for `warp_view`; what covers less is marked by a colour below zero."""
+    return tuple(
+        Layer(
+            np.where(part.alpha[..., None] >= least, part.color, np.float32(-9.0)),
+            np.nan_to_num(part.relief),
+            np.isfinite(part.relief) & (part.alpha >= 0.5 * (1 - least)),
+            part.offset_px,
+        )
+        for part in draft.parts
+    )
