@@ -46,7 +46,7 @@ def draft(alpha=1.0, relief=-20.0):
 @pytest.mark.parametrize("alpha", [0.2, 0.5, 0.8, 1.0])
 def test_over_each_other_ground_and_object_are_the_picture(alpha):
     start = draft(alpha)
-    seen = render([LevelPart.of(front_surfels(start), start.frame)], start.camera)
+    seen = render([LevelPart.of(front_surfels(start).surfels, start.frame)], start.camera)
     inside = np.s_[24:36, 30:50]
     assert np.abs(seen.color[inside] - start.image[inside]).max() < 0.03  # measured .02
     assert np.abs(seen.color[5:15] - GREEN).max() < 0.03
@@ -92,3 +92,12 @@ def test_flanks_are_where_their_corners_say():
     assert seen.coverage[28:32, 34:46].min() > 0.98  # measured .999
     assert np.abs(seen.relief[28:32, 34:46] + 5).max() < 0.1
     assert seen.coverage[:20].max() < 0.01
+
+
+def test_what_is_hidden_or_sheer_is_not_optimised():
+    kept = front_surfels(draft(1.0)).kept
+    assert kept[: H * W].sum() == 20 * 30  # of the ground
+    assert not kept[H * W :].any()
+    kept = front_surfels(draft(0.5)).kept
+    assert not kept[: H * W].any()
+    assert kept[H * W :].all()

@@ -35,7 +35,7 @@ def as_level(
         surfels: optimised ones; by default they are lifted from the draft.
     """
     if surfels is None:
-        surfels = Surfels.concatenate([front_surfels(draft), *layer_surfels(draft)])
+        surfels = Surfels.concatenate([front_surfels(draft).surfels, *layer_surfels(draft)])
     coverage = coverage_of(draft.path, draft.camera, draft.frame, surfels.means)
     maps, notes = _kept(draft)
     return Level(

@@ -4,38 +4,84 @@ Of a pixel that shows an object with coverage alpha, the ground is one surfel an
 so that nothing of mixed colour is at the depth of either.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
+from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.constants import SURFEL_OPACITY, SURFEL_SIGMA_PX
 from wzviewer.core.lift import lift, lift_spanned
 from wzviewer.core.surfels import Surfels
-from wzviewer.core.types import FloatArray
+from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.models.builtin.objects.parts import Part, solid
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 
 OPAQUE = 0.97  # coverage by an object, from which on nothing is seen through it
+HIDES = 0.9  # coverage by an object, from which on what it hides is left as it is
 SHEER = 0.9  # opacity, below which a surfel is meant to be seen through
-FLANK_SIGMA_PX = 0.75  # not optimised: softer than the front, and closed
+HIDDEN_SIGMA_PX = 0.75  # not optimised: softer than the front, and closed
 CONTACT_PX = 0.25  # that an object is in front of its ground
 _REACH = 4  # pixels whose footprints reach into one
 
 
-def front_surfels(draft: Draft) -> Surfels:
-    """Lifts what a draft's own camera sees: the ground, and in front of it the objects' parts."""
+@dataclass(frozen=True, eq=False)
+class Front:
+    """What a level's own camera sees.
+
+    Attributes:
+        surfels: the ground, and in front of it the objects' parts.
+        kept: (n,) those that are no one's to optimise: what is hidden, and what is seen through.
+    """
+
+    surfels: Surfels
+    kept: BoolArray
+
+
+def front_surfels(draft: Draft) -> Front:
+    """Lifts a draft; what an object hides of the ground or of itself is closed, as it is not optimised."""
     image = draft.image if draft.ground is None else draft.ground
-    ground = generate_surfels(image, draft.relief, draft.camera)
-    return Surfels.concatenate([ground, *(_part_surfels(part, draft) for part in draft.parts)])
+    sets = [generate_surfels(image, draft.relief, draft.camera)]
+    sets += [_part_surfels(part, draft) for part in draft.parts]
+    covers = _covers(draft)
+    hidden = [_is_at(s, cover, draft) for s, cover in zip(sets, covers, strict=True)]
+    sets = [_closed(sets[0], hidden[0]), *sets[1:]]  # a body's own detail goes on under its hairs
+    kept = [h | (s.opacities < SHEER) for s, h in zip(sets, hidden, strict=True)]
+    return Front(Surfels.concatenate(sets), np.concatenate(kept))
+
+
+def _covers(draft: Draft) -> list[BoolArray]:
+    """Returns where (h, w) the ground, and then each part, is hidden by what comes after it."""
+    covers = [np.zeros(draft.relief.shape, bool)]
+    for part in reversed(draft.parts):
+        (x, y), (h, w) = part.offset_px, part.alpha.shape
+        cover = covers[0].copy()
+        cover[y : y + h, x : x + w] |= np.isfinite(part.relief) & (part.alpha >= HIDES)
+        covers.insert(0, cover)
+    return covers
+
+
+def _is_at(surfels: Surfels, places: BoolArray, draft: Draft) -> BoolArray:
+    """Tells which pixel-aligned surfels (n,) are of pixels marked (h, w)."""
+    if not places.any():
+        return np.zeros(len(surfels), bool)
+    pixels = AnchoredView.expand(draft.camera, draft.frame).project(surfels.means)
+    h, w = places.shape
+    column, row = np.floor(pixels).astype(np.int64).T
+    return places[np.clip(row, 0, h - 1), np.clip(column, 0, w - 1)]
+
+
+def _closed(surfels: Surfels, hidden: BoolArray) -> Surfels:
+    factor = np.where(hidden, np.float32(HIDDEN_SIGMA_PX / SURFEL_SIGMA_PX), np.float32(1))
+    return surfels.with_(scales=surfels.scales * factor[:, None])
 
 
 def flank_surfels(draft: Draft) -> list[Surfels]:
     """Lifts what is hidden of the objects."""
     return [
-        lift_spanned(f.corners, f.color, opacity_of(f.alpha), draft.camera, FLANK_SIGMA_PX)
+        lift_spanned(f.corners, f.color, opacity_of(f.alpha), draft.camera, HIDDEN_SIGMA_PX)
         for f in draft.flanks
         if len(f.alpha)
     ]

@@ -14,7 +14,7 @@ from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.stages.stage2_depth_registration import register
 from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
 from wzviewer.worker.stages.stage5_optimization import ROOT_STEPS, STEPS, TargetView, optimize
-from wzviewer.worker.standing import OPAQUE, SHEER, front_surfels, part_layers, settled
+from wzviewer.worker.standing import OPAQUE, front_surfels, part_layers, settled
 
 Check = Callable[[], None]
 
@@ -78,6 +78,6 @@ def optimize_level(draft: Draft, check: Check) -> Surfels:
         check()
     steps = STEPS if draft.path else ROOT_STEPS
     shared = (draft.image, draft.camera, draft.frame, views, steps)
-    sheer = front.opacities < SHEER if draft.parts else None
-    front = optimize(front, *shared, on_step=lambda *_: check(), kept=sheer)
-    return Surfels.concatenate([front, *layer_surfels(draft)])
+    kept = front.kept if draft.parts else None
+    surfels = optimize(front.surfels, *shared, on_step=lambda *_: check(), kept=kept)
+    return Surfels.concatenate([surfels, *layer_surfels(draft)])

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from wzviewer.core.types import DoubleArray, FloatArray
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.lighting import Light, linear_from_srgb, srgb_from_linear
 from wzviewer.worker.models.builtin.objects.render import Layer
 
@@ -78,36 +78,34 @@ def shadow_gain(ground: FloatArray, light: Light, alpha: FloatArray) -> FloatArr
 
 
 def composite(
-    image: FloatArray,
-    layer: Layer,
-    gain: FloatArray,
-    light: Light,
-    finish: Finish,
-    seed: int,
-    harmony: Harmony | None = None,
+    ground: FloatArray, layer: Layer, finish: Finish, seed: int, harmony: Harmony
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns (picture, alpha) with an opaque body over its shadow.
+    """Returns (picture, alpha) with an opaque body over the ground.
 
     Args:
-        image: (h, w, 3) sRGB background.
+        ground: (h, w, 3) sRGB, in the body's shadow.
         layer: the rendered body.
-        gain: (h, w) from `shadow_gain`.
-        light: tints the shadow.
         finish: sharpness and grain to match.
         seed: of the grain.
-        harmony: of the body with the picture; that of this layer if None.
+        harmony: of the body with the picture.
     """
     color, alpha = soften(layer.color, layer.alpha, finish.blur_px)
-    ground = shadowed(image, gain, light)
-    lit = np.asarray(color / np.maximum(alpha, 1e-4)[..., None], np.float32)
-    toned = developed(lit)
-    harmony = harmony or Harmony.of(toned, alpha, image)
-    noise = grain((image.shape[0], image.shape[1]), finish.grain, seed)[..., None]
-    body = np.asarray(harmony(toned) + noise, np.float32)
-    cover = alpha[..., None]
-    mixed = linear_from_srgb(body) * cover + linear_from_srgb(ground) * (1 - cover)
-    result = np.where(cover > 0, srgb_from_linear(mixed), ground)
+    noise = grain(alpha.shape[:2], finish.grain, seed)
+    result, box = ground.copy(), _box(alpha > 0)
+    cover = alpha[box][..., None]
+    lit = np.asarray(color[box] / np.maximum(cover, 1e-4), np.float32)
+    body = np.asarray(harmony(developed(lit)) + noise[box][..., None], np.float32)
+    mixed = linear_from_srgb(body) * cover + linear_from_srgb(ground[box]) * (1 - cover)
+    result[box] = np.where(cover > 0, srgb_from_linear(mixed), ground[box])
     return np.clip(result, 0, 1).astype(np.float32), alpha
+
+
+def _box(there: BoolArray) -> tuple[slice, slice]:
+    """Returns the smallest part of an image that holds what is there; nothing if there is nothing."""
+    rows, columns = np.flatnonzero(there.any(1)), np.flatnonzero(there.any(0))
+    if not len(rows):
+        return slice(0, 0), slice(0, 0)
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
 def soften(color: FloatArray, alpha: FloatArray, sigma_px: float) -> tuple[FloatArray, FloatArray]:
@@ -185,8 +183,7 @@ def grain(shape: tuple[int, int], sigma: float, seed: int) -> FloatArray:
 def refract(
     image: FloatArray,
     layer: Layer,
-    gain: FloatArray,
-    light: Light,
+    ground: FloatArray,
     finish: Finish,
     to_light: DoubleArray,
     tint: tuple[float, float, float] = (1.0, 1.0, 1.0),
@@ -196,14 +193,12 @@ def refract(
     Args:
         image: (h, w, 3) sRGB background.
         layer: the rendered body; its colour is what it reflects.
-        gain: (h, w) from `shadow_gain`; half as strong under water.
-        light: the picture's light.
+        ground: (h, w, 3) sRGB, the background in the body's shadow.
         finish: sharpness to match.
         to_light: (3,) key direction, camera axes.
         tint: (3,) share of light that the body lets through.
     """
     h, w = image.shape[:2]
-    ground = shadowed(image, 1 - 0.8 * (1 - gain), light)
     columns = np.flatnonzero((layer.alpha > 0).any(0))
     reach = 0.5 * max(float(np.ptp(columns)), 1.0) if len(columns) else 1.0
     normal = cv2.GaussianBlur(layer.normal, (0, 0), 1.0)

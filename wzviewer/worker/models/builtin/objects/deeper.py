@@ -61,7 +61,7 @@ def march_again(
     def paint(of: Layer) -> tuple[FloatArray, FloatArray]:
         if body.refractive:
             return composite.reflected(result.image, clean, of, finish)
-        return composite.composite(clean, of, none, placed.light, finish, seed, harmony)
+        return composite.composite(clean, of, finish, seed, harmony)
 
     first, alpha = paint(layer)
     picture = _toward_parent(first, result.image, alpha, parent_factor)

@@ -34,6 +34,7 @@ Check = Callable[[], object] | None
 _UPRIGHT_DEG = 60.0  # what is seen from the side stands, and has its own footing
 _HOVER = 0.40  # body lengths above its place
 _SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more
+_CLEAR_SHADOW = 0.8
 _VEIL = 0.45  # share of what is seen under water that is the water
 _THROUGH_WATER = np.array([0.62, 0.86, 0.94], np.float32)
 _SHADOW_IN_WATER, _BLUR_IN_WATER_PX = 0.35, 1.2
@@ -113,21 +114,20 @@ def insert(
         finish = composite.Finish(_BLUR_IN_WATER_PX, finish.grain)
     harmony = composite.harmony_of(result.image, layer)
 
+    # A clear body gathers light where an opaque one would cast its shadow.
+    gain = 1 - _CLEAR_SHADOW * (1 - gain) if body.refractive else gain
+    under = composite.shadowed(result.image, gain, light)
+    ground = under if result.ground is None else composite.shadowed(result.ground, gain, light)
+
     def paint(of: Layer) -> tuple[FloatArray, FloatArray]:
         if body.refractive:
             to_light, clear = setting.to_light, body.clear
-            painted = composite.refract(result.image, of, gain, light, finish, to_light, clear)
+            picture, alpha = composite.refract(result.image, of, under, finish, to_light, clear)
         else:
-            painted = composite.composite(result.image, of, gain, light, finish, seed, harmony)
-        return (
-            painted
-            if water is None
-            else (composite.rippled(painted[0], result.image, painted[1]), painted[1])
-        )
+            picture, alpha = composite.composite(under, of, finish, seed, harmony)
+        return (picture if water is None else composite.rippled(picture, result.image, alpha)), alpha
 
     picture, alpha = paint(layer)
-    under = composite.shadowed(result.image, gain, light)
-    ground = under if result.ground is None else composite.shadowed(result.ground, gain, light)
     tone = toned(harmony, water)
     studio = Studio(scene, setting, layer, picture, under, paint, tone, finish, depths)
     parts, below, flanks = dismantled(studio, check) if apart else ((), under, ())
@@ -215,11 +215,12 @@ def _insert_image(
         layer.relief + np.float32(base), mask, np.fmin(geometry.relief, result.object_relief), width_px
     )
     finish = composite.Finish(0.35, composite.Finish.of(result.image).grain)
-    picture, alpha = composite.composite(result.image, layer, gain, light, finish, seed)
-    pose = Pose(np.eye(3), width_px, (*centre, base))
-    placed = Placement("image", seed, request.tint, pose, plane, light, (0.2, 0.2, 0.2), width_px)
     under = composite.shadowed(result.image, gain, light)
     ground = under if result.ground is None else composite.shadowed(result.ground, gain, light)
+    harmony = composite.harmony_of(result.image, layer)
+    picture, alpha = composite.composite(under, layer, finish, seed, harmony)
+    pose = Pose(np.eye(3), width_px, (*centre, base))
+    placed = Placement("image", seed, request.tint, pose, plane, light, (0.2, 0.2, 0.2), width_px)
     flat = Depths(Plane(0.0, 0.0, base, 0.0, 0.0), 0.0, 1.0, np.zeros(shape, np.float32))
     depths = flat.in_contact(layer.relief, relief, 1.0)
     parts, _ = parts_of([Pane(picture, alpha, layer.relief)], under, depths)

@@ -117,11 +117,13 @@ class Pane:
         picture: (h, w, 3) sRGB with it, and without what is in front of it.
         alpha: (h, w) its coverage.
         marched: (h, w) its relief in the object's own view; nan where there is nothing.
+        is_sheer: whether what is behind it is seen through it well enough to be told.
     """
 
     picture: FloatArray
     alpha: FloatArray
     marched: FloatArray
+    is_sheer: bool = False
 
 
 def parts_of(panes: Sequence[Pane], under: FloatArray, depths: Depths) -> tuple[tuple[Part, ...], FloatArray]:
@@ -139,8 +141,9 @@ def parts_of(panes: Sequence[Pane], under: FloatArray, depths: Depths) -> tuple[
     for pane, below in zip(reversed(panes), [*(p.picture for p in reversed(panes[:-1])), under], strict=True):
         color = _uncovered(picture, below, pane.alpha)
         parts = (*_cropped(color, pane.alpha, depths.of_image(pane.marched)), *parts)
-        picture = _uncovered(picture, color, 1 - pane.alpha)
-        picture = np.where((pane.alpha < _SHEER)[..., None], picture, below)
+        seen = _uncovered(picture, color, 1 - pane.alpha)
+        through = pane.alpha < (_SHEER if pane.is_sheer else LEAST)
+        picture = np.where(through[..., None], seen, below)
     return parts, picture.astype(np.float32)
 
 

@@ -22,8 +22,9 @@ from wzviewer.worker.models.builtin.objects.thin import LIMB, WING
 
 ASIDE_DEG = (-20.0, 20.0)
 _AHEAD_PX = 0.5  # nearer than what is behind by less, it is that
-_NEAR_PX = 1.5  # closer to what the view shows is what it shows
+_NEAR_PX = 2.0  # for a footprint of one pixel: closer to what the view shows is what it shows
 _OUTLINE = 0.5  # coverage beside full coverage: at an outline flanks stand edge on and are not seen beside it
+_FIRM = 0.5  # coverage of what stays a surface when it is seen on its own: hairs would be dots
 _STEEP = 0.25  # least cosine between a flank and its ray
 
 Check = Callable[[], object] | None
@@ -89,7 +90,8 @@ def _panes(studio: Studio, check: Check) -> list[Pane]:
         alpha = composite.soften(layer.color, share, studio.finish.blur_px)[1]
         ahead = (share > 0) & ~(layer.relief > bare.relief - _AHEAD_PX)
         behind = np.where(alpha[..., None] < LEAST, picture, studio.paint(bare)[0])
-        panes.insert(0, Pane(picture, alpha, np.where(ahead, layer.relief, np.float32(np.nan))))
+        marched = np.where(ahead, layer.relief, np.float32(np.nan))
+        panes.insert(0, Pane(picture, alpha, marched, kind == WING))
         layer, picture = bare, behind
     alpha = composite.soften(layer.color, layer.alpha, studio.finish.blur_px)[1]
     return [Pane(picture, alpha, layer.relief), *panes]
@@ -132,11 +134,14 @@ def _seen_from(
         return np.zeros((3, 0, 3)), np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
     lights = replace(studio.setting, to_eye=-toward)
     color, opaque = shade_points(scene, lights, which, points, normals, rays)
+    alpha = opaque * scene.opacity[which].astype(np.float32)
+    kept = alpha > _FIRM
+    points, normals, color, alpha = points[kept], normals[kept], color[kept], alpha[kept]
     corners = []
     for p in (points, *(points + _across(axis, normals, direction) for axis in (dx, dy))):
         at, marched = _placed(scene.pose, p)
         corners.append(np.column_stack([at, depths(at[:, 0], at[:, 1], marched)]))
-    return np.stack(corners), color, opaque * scene.opacity[which].astype(np.float32)
+    return np.stack(corners), color, alpha
 
 
 def _direction(pose: Pose, depths: Depths, aside_deg: float) -> DoubleArray:
@@ -200,17 +205,18 @@ def _hidden(image: DoubleArray, marched: DoubleArray, panes: list[Pane], stride:
     behind, apart = np.zeros(len(marched), bool), np.ones(len(marched), bool)
     for pane in panes:
         known = np.isfinite(pane.marched)
-        far, near = _extremes(pane.marched, known, 2 * stride + 1)
         opaque = known & (pane.alpha > _OUTLINE)
         opaque &= cv2.dilate((pane.alpha > 1 - LEAST).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        behind |= opaque[row, column] & (marched > far[row, column])
-        apart &= (marched < near[row, column] - _NEAR_PX) | (marched > far[row, column] + _NEAR_PX)
+        shown, around = pane.marched[row, column], _slack(pane.marched, stride)[row, column]
+        with np.errstate(invalid="ignore"):
+            behind |= opaque[row, column] & (marched > shown + around)
+            apart &= ~(np.abs(marched - shown) <= around)
     return np.asarray(inside & behind & apart, bool)
 
 
-def _extremes(marched: FloatArray, known: BoolArray, window_px: int) -> tuple[FloatArray, FloatArray]:
-    """Returns the farthest and nearest relief (h, w) of a square window; reversed where there is none."""
-    window = np.ones((window_px, window_px), np.uint8)
-    far = cv2.dilate(np.where(known, marched, np.float32(-1e30)), window)
-    near = cv2.erode(np.where(known, marched, np.float32(1e30)), window)
-    return np.asarray(far, np.float32), np.asarray(near, np.float32)
+def _slack(marched: FloatArray, stride: int) -> FloatArray:
+    """Returns how near to a relief (h, w) is on it: by its slope, but not across an edge of it."""
+    window, known = np.ones((2 * stride + 1,) * 2, np.uint8), np.isfinite(marched)
+    far = cv2.dilate(np.where(known, marched, np.float32(-1e30)), window) - marched
+    near = marched - cv2.erode(np.where(known, marched, np.float32(1e30)), window)
+    return np.asarray(_NEAR_PX * stride + np.minimum(far, near), np.float32)
