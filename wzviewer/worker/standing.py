@@ -24,6 +24,7 @@ HIDES = 0.9  # coverage by an object, from which on what it hides is left as it 
 SHEER = 0.9  # opacity, below which a surfel is meant to be seen through
 HIDDEN_SIGMA_PX = 0.75  # not optimised: softer than the front, and closed
 CONTACT_PX = 0.25  # that an object is in front of its ground
+_ROOM_PX, _NOWHERE = 15, np.float32(-1e6)
 _REACH = 4  # pixels whose footprints reach into one
 
 
@@ -109,8 +110,30 @@ def opacity_of(coverage: FloatArray) -> FloatArray:
 
 
 def settled(draft: Draft) -> Draft:
-    """Returns a draft whose objects are in front of its registered surface."""
-    return replace(draft, parts=tuple(_in_front(part, draft.relief) for part in draft.parts))
+    """Returns a draft whose objects are in front of its registered surface.
+
+    Where the surface was guessed, because coarser levels show the object there, it is what makes room.
+    """
+    relief, guessed = draft.relief, draft.extra.get("guessed")
+    if guessed is not None and draft.parts:
+        far = _farthest(draft)
+        window = np.ones((_ROOM_PX, _ROOM_PX), np.uint8)
+        room = cv2.dilate(far, window)
+        behind = np.fmax(relief, room + np.float32(CONTACT_PX))
+        relief = np.where(guessed & (far > _NOWHERE), behind, relief).astype(np.float32)
+    return replace(draft, relief=relief, parts=tuple(_in_front(part, relief) for part in draft.parts))
+
+
+def _farthest(draft: Draft) -> FloatArray:
+    """Returns how far objects reach (h, w), flanks too."""
+    far = np.full(draft.relief.shape, _NOWHERE, np.float32)
+    for part in draft.parts:
+        (x, y), (h, w) = part.offset_px, part.alpha.shape
+        np.fmax(far[y : y + h, x : x + w], part.relief, out=far[y : y + h, x : x + w])
+    for flank in draft.flanks:
+        column, row = np.floor(flank.corners[0, :, :2]).astype(np.int64).T
+        np.maximum.at(far, (row, column), flank.corners[0, :, 2].astype(np.float32))
+    return far
 
 
 def _in_front(part: Part, relief: FloatArray) -> Part:

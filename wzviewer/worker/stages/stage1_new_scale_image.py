@@ -271,7 +271,8 @@ def _behind(draft: Draft, result: EditResult, factor: float) -> Draft:
     if np.isfinite(relief).mean() < LEAST_GROUND:
         farthest = np.nanmax(draft.relief) if np.isfinite(draft.relief).any() else 0.0
         relief = np.full_like(relief, farthest)
-    return replace(draft, relief=relief)
+    guessed = draft.extra.get("guessed", np.zeros_like(shown)) | shown
+    return replace(draft, relief=relief, extra={**draft.extra, "guessed": guessed})
 
 
 def _mapping(ancestor: Camera, camera: Camera) -> tuple[float, float, float]:
