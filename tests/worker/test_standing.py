@@ -74,6 +74,16 @@ def test_an_object_is_never_behind_its_ground():
     assert (settled(draft()).parts[0].relief == -20).all()
 
 
+def test_a_guessed_ground_makes_room_for_an_object():
+    start = draft(1.0, relief=7.0)
+    known = np.zeros((H, W), bool)
+    known[:, 10:] = True
+    found = settled(replace(start, extra={"guessed": known}))
+    assert (found.parts[0].relief == 7.0).all()
+    assert (found.relief[20:40, 25:55] == 7.25).all()
+    assert (found.relief[:10] == 0).all()
+
+
 def test_in_a_neighbours_target_a_sheer_part_has_no_colour():
     opaque, sheer = (part_layers(draft(a), 0.97)[0] for a in (1.0, 0.5))
     assert np.array_equal(opaque.image[0, 0], RED)

@@ -203,10 +203,14 @@ def _hidden(image: DoubleArray, marched: DoubleArray, panes: list[Pane], stride:
     inside = (column >= 0) & (column < w) & (row >= 0) & (row < h)
     column, row = np.clip(column, 0, w - 1), np.clip(row, 0, h - 1)
     behind, apart = np.zeros(len(marched), bool), np.ones(len(marched), bool)
+    ring = np.ones((3, 3), np.uint8)
     for pane in panes:
         known = np.isfinite(pane.marched)
-        opaque = known & (pane.alpha > _OUTLINE)
-        opaque &= cv2.dilate((pane.alpha > 1 - LEAST).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+        full = (known & (pane.alpha > 1 - LEAST)).astype(np.uint8)
+        if pane is panes[0]:
+            opaque = known & (pane.alpha > _OUTLINE) & (cv2.dilate(full, ring) > 0)
+        else:  # beside a hair what is behind it is seen
+            opaque = cv2.erode(full, ring) > 0
         shown, around = pane.marched[row, column], _slack(pane.marched, stride)[row, column]
         with np.errstate(invalid="ignore"):
             behind |= opaque[row, column] & (marched > shown + around)
