@@ -6,7 +6,7 @@ import pytest
 from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import SURFEL_SIGMA_PX
-from wzviewer.core.lift import BLOCK_PX, lift, normals_from_relief
+from wzviewer.core.lift import BLOCK_PX, lift, lift_spanned, normals_from_relief
 
 F = 200.0
 
@@ -164,3 +164,43 @@ def test_the_same_picture_lifts_alike_at_every_zoom(levels):
     # measured 3e-7, 1e-6, 0.25: at level 12 it is the differences of this test that cancel in float64
     tolerance = {0: 1e-5, 6: 1e-4, 12: 0.5}[levels]
     assert np.abs(covariances / SURFEL_SIGMA_PX**2 - np.eye(2)).max() < tolerance
+
+
+def test_footprints_that_are_pixels_are_those_of_lifting():
+    """A plane's pixels given by their corners: the same points, covariances and normals."""
+    camera = wide_camera()
+    relief = plane_relief(camera, np.array([0.3, -0.2, -1.0]))
+    image = np.random.default_rng(0).random((*relief.shape, 3), np.float32)
+    lifted = lift(image, relief, camera)
+    rows, columns = np.mgrid[0 : camera.height, 0 : camera.width].reshape(2, -1)
+    step = 1e-3
+
+    def corners(dx, dy):
+        x, y = columns + 0.5, rows + 0.5
+        slope_x, slope_y = (np.gradient(relief.astype(np.float64), axis=a) for a in (1, 0))
+        moved = relief + step * (dx * slope_x + dy * slope_y)
+        return np.column_stack([x + step * dx, y + step * dy, moved[rows, columns]])
+
+    spanned = lift_spanned(
+        np.stack([corners(0, 0), corners(1, 0), corners(0, 1)]),
+        image.reshape(-1, 3),
+        lifted.opacities,
+        camera,
+        SURFEL_SIGMA_PX / step,
+    )
+    inside = (rows > 0) & (rows < camera.height - 1) & (columns > 0) & (columns < camera.width - 1)
+    np.testing.assert_allclose(spanned.means, lifted.means, atol=1e-4)
+    np.testing.assert_allclose(spanned.scales[inside], lifted.scales[inside], rtol=0.02)  # measured .006
+    facing = np.abs((rotations(spanned.quats)[:, :, 2] * rotations(lifted.quats)[:, :, 2]).sum(1))
+    assert facing[inside].min() > 0.999  # measured .99999
+
+
+def test_each_pixel_may_have_its_own_opacity():
+    camera = wide_camera()
+    opacity = np.linspace(0.1, 0.9, camera.width * camera.height, dtype=np.float32)
+    image, relief = (
+        np.zeros((camera.height, camera.width, 3), np.float32),
+        np.zeros((camera.height, camera.width), np.float32),
+    )
+    lifted = lift(image, relief, camera, opacity=opacity.reshape(relief.shape))
+    assert np.array_equal(np.sort(lifted.opacities), opacity)

@@ -10,6 +10,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.levels import layer_surfels
 from wzviewer.worker.lining import lining, with_lining
+from wzviewer.worker.models.builtin.objects.parts import Part
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.rasterize import LevelPart, render
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
@@ -67,3 +68,19 @@ def test_where_nothing_is_behind_there_is_none():
     assert with_lining(bare) is bare
     sky = replace(draft(plane()), sky=np.ones((H, W), bool))
     assert with_lining(sky) is sky
+
+
+def test_an_object_is_lined_too_but_for_its_outline_and_what_is_sheer():
+    h, w = 21, 31
+    alpha = np.ones((h, w), np.float32)
+    alpha[:, 20:] = 0.6
+    relief = np.zeros((h, w), np.float32)
+    relief[:, :4] = np.nan
+    part = Part(np.full((h, w, 3), 0.4, np.float32), alpha, relief, (7, 11))
+    (layer,) = with_lining(replace(draft(plane()), layers=(), parts=(part,))).layers
+    assert layer.offset_px == (8, 12)
+    whole = np.repeat(np.repeat(layer.mask, 2, 0), 2, 1)
+    assert whole[:, 6:18].all()
+    assert not whole[:, :4].any()
+    assert not whole[:, 20:].any()
+    assert np.allclose(layer.image[layer.mask], 0.4)

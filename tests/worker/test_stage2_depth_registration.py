@@ -132,20 +132,6 @@ def test_nothing_known_is_still_finite():
     assert got.report["hidden_share"] == 1
 
 
-def test_an_object_brings_its_own_depth_and_is_never_behind_the_surface():
-    image, truth, labels = scene()
-    mask = np.zeros((H, W), np.float32)
-    mask[100:160, 230:300] = 1
-    relief = np.where(mask > 0, np.float32(-200.0), np.nan)  # 200 px before the anchor plane
-    relief[100:130] = np.where(mask[100:130] > 0, 500.0, np.nan)  # this half would sink in
-    got = register(
-        image, truth, estimate_of(truth, labels), focal_px=FOCAL, segments=labels,
-        object_relief=relief.astype(np.float32), object_mask=mask, relief_share=0,
-    ).parallax  # fmt: skip
-    assert np.allclose(got[135:155, 235:295], 200 / (1 - 200 / FOCAL), atol=0.1)
-    assert (got[100:130, 230:300] >= truth[100:130, 230:300] - 0.5).all()
-
-
 def test_it_is_deterministic_and_can_be_cancelled():
     image, truth, labels = scene()
     estimate = estimate_of(truth, labels)

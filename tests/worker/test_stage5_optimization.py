@@ -168,3 +168,13 @@ def test_no_surfels_and_no_steps_change_nothing(level):
 
 def test_warm_up_runs():
     warm_up()
+
+
+def test_what_is_kept_keeps_its_shape(level):
+    image, camera, frame, surfels = level
+    kept = np.arange(len(surfels)) % 3 == 0
+    result = optimize(surfels, image, camera, frame, steps=3, kept=kept)
+    for name in ("quats", "scales", "opacities"):
+        moved = np.abs(getattr(result, name) - getattr(surfels, name)).reshape(len(surfels), -1).max(1)
+        assert moved[kept].max() < 1e-3  # measured 1e-6: through the logarithm and back
+        assert moved[~kept].mean() > 1e-3

@@ -108,7 +108,7 @@ def lift(
     normals: FloatArray | None = None,
     mask: BoolArray | None = None,
     sigma_px: float = SURFEL_SIGMA_PX,
-    opacity: float = SURFEL_OPACITY,
+    opacity: float | FloatArray = SURFEL_OPACITY,
     offset_px: tuple[int, int] = (0, 0),
 ) -> Surfels:
     """Makes one surfel per pixel, local to the frame anchored at the centre of the camera's image.
@@ -120,7 +120,7 @@ def lift(
         normals: (h, w, 3) float32 camera axes, or None to estimate them from the relief.
         mask: (h, w) bool, the pixels to lift; None for all.
         sigma_px: standard deviation of a footprint, px.
-        opacity: o of every surfel.
+        opacity: o of every surfel, or (h, w).
         offset_px: image pixel of the first array element, (x, y).
 
     Returns:
@@ -129,6 +129,8 @@ def lift(
     """
     if normals is None:
         normals = normals_from_relief(relief, camera, offset_px)
+
+    opaque = np.broadcast_to(np.float32(opacity), relief.shape)
 
     def lifted(block: tuple[slice, slice]) -> tuple[DoubleArray | FloatArray, ...]:
         delta = relief[block].astype(np.float64)
@@ -139,18 +141,70 @@ def lift(
         x_px = columns + (block[1].start + offset_px[0] + 0.5)
         y_px = rows + (block[0].start + offset_px[1] + 0.5)
         geometry = _geometry(x_px, y_px, delta[kept], normals[block][kept], camera, sigma_px)
-        return (*geometry, image[block][kept])
+        return (*geometry, image[block][kept], opaque[block][kept])
 
     # A layer is mostly empty; of its blocks the first stays, so that there is something to join.
     blocks = list(_blocks(relief.shape))
     blocks = blocks[:1] + [block for block in blocks[1:] if mask is None or mask[block].any()]
     with ThreadPoolExecutor(THREADS) as pool:  # numpy lets go of the interpreter; map keeps the order
         pieces = list(pool.map(lifted, blocks))
-    means, quats, scales, colors = (np.concatenate(p).astype(np.float32) for p in zip(*pieces, strict=True))
-    n = len(means)
+    means, quats, scales, colors, opacities = (
+        np.concatenate(p).astype(np.float32) for p in zip(*pieces, strict=True)
+    )
+    return _with_native(means, quats, scales, colors, opacities, camera)
+
+
+def _with_native(
+    means: FloatArray,
+    quats: FloatArray,
+    scales: FloatArray,
+    colors: FloatArray,
+    opacities: FloatArray,
+    camera: Camera,
+) -> Surfels:
     native = (1 + means[:, 2].astype(np.float64) / camera.focal_px).astype(np.float32)
-    fixed = {"opacities": np.full(n, opacity, np.float32), "coverage": np.ones(n, np.float32)}
-    return Surfels(means=means, quats=quats, scales=scales, colors=colors, native_scales=native, **fixed)
+    covered = np.ones(len(means), np.float32)
+    return Surfels(means, quats, scales, opacities, colors, native, covered)
+
+
+def lift_spanned(
+    corners: DoubleArray, colors: FloatArray, opacities: FloatArray, camera: Camera, sigma_px: float
+) -> Surfels:
+    """Makes surfels of footprints that are not pixels of the camera, such as those of another view.
+
+    Args:
+        corners: (3, n, 3) image x, image y and relief, px: of each centre, and of the ends of the two steps
+            that span its footprint.
+        colors: (n, 3) sRGB.
+        opacities: (n,).
+        camera: whose image it is.
+        sigma_px: standard deviation over the length of a step.
+    """
+    points, *ends = (_local(c, camera) for c in corners)
+    long, short = _principal_axes(*((end - points).T for end in ends))
+    swap = (short * short).sum(0) > (long * long).sum(0)
+    long, short = np.where(swap, short, long), np.where(swap, -long, short)
+    length = np.maximum(np.sqrt((long * long).sum(0)), 1e-12)
+    width = np.maximum(np.sqrt((short * short).sum(0)), 1e-12)
+    quats = _quats_from_axes(long / length, -short / width)
+    scales = sigma_px * np.stack([np.minimum(length, width / COS_TILT_MIN), width], axis=1)
+    return _with_native(
+        points.astype(np.float32),
+        quats.astype(np.float32),
+        scales.astype(np.float32),
+        colors,
+        opacities,
+        camera,
+    )
+
+
+def _local(corners: DoubleArray, camera: Camera) -> DoubleArray:
+    """Returns points (n, 3) of the frame at image positions and relief (n, 3), px."""
+    x_px, y_px, delta = corners.T
+    f = camera.focal_px
+    ray_x, ray_y = (x_px - camera.cx) / camera.fx, (y_px - camera.cy) / camera.fy
+    across = (x_px - camera.width / 2) * (f / camera.fx), (y_px - camera.height / 2) * (f / camera.fy)
+    return np.stack([across[0] + ray_x * delta, across[1] + ray_y * delta, delta], axis=1)
 
 
 def _blocks(shape: tuple[int, ...]) -> Iterator[tuple[slice, slice]]:
@@ -171,8 +225,7 @@ def _geometry(
     """Returns means (n, 3), quats (n, 4) and scales (n, 2) of pixels (n,)."""
     f = camera.focal_px
     ray_x, ray_y = (x_px - camera.cx) / camera.fx, (y_px - camera.cy) / camera.fy
-    across = (x_px - camera.width / 2) * (f / camera.fx), (y_px - camera.height / 2) * (f / camera.fy)
-    means = np.stack([across[0] + ray_x * delta, across[1] + ray_y * delta, delta], axis=1)
+    means = _local(np.stack([x_px, y_px, delta], 1), camera)
     ranges = 1 + delta / f
     e_x, e_y = _tangents(ray_x, ray_y, normals.astype(np.float64), f / camera.fx, f / camera.fy)
     long, short = _principal_axes(e_x, e_y)

@@ -15,6 +15,7 @@ from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.in_view import surfels_in_view
+from wzviewer.worker.models.builtin.objects.parts import Flanks, Part
 from wzviewer.worker.rasterize import LevelPart
 
 
@@ -34,6 +35,9 @@ class Draft:
         extra: intermediate results that a later stage needs, by name.
         notes: JSON-able facts kept with the level.
         hidden: surfels of coarser levels behind what is seen, in this frame; see `worker.inherited`.
+        ground: (h, w, 3) float32, the image without the objects; None if there are none.
+        parts: of the objects, which stand in front of `relief`; see `worker.standing`.
+        flanks: of the objects.
     """
 
     camera: Camera
@@ -47,6 +51,9 @@ class Draft:
     extra: dict[str, Any] = field(default_factory=dict)
     notes: dict[str, Any] = field(default_factory=dict)
     hidden: Surfels = field(default_factory=Surfels.empty)
+    ground: FloatArray | None = None
+    parts: tuple[Part, ...] = ()
+    flanks: tuple[Flanks, ...] = ()
 
 
 def path_modulation(path: Sequence[Level], position: int) -> Modulation:

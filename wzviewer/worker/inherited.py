@@ -14,6 +14,7 @@ from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.draft import Draft, visible_parts
 from wzviewer.worker.rasterize import LevelPart
+from wzviewer.worker.standing import covering_relief
 
 SLACK_COARSE_PX = 3.0  # of the coarser level: nearer to what is seen is the seen surface itself
 WINDOW = 3  # pixels among which the farthest counts
@@ -32,9 +33,9 @@ def hidden_surfels(draft: Draft, observed: FloatArray) -> Surfels:
     """
     coarse_px = draft.camera.width / observed.shape[1]
     seen = np.where(np.isfinite(observed), observed, np.float32(np.inf))
-    slack = SLACK_COARSE_PX * coarse_px
+    slack, front = SLACK_COARSE_PX * coarse_px, covering_relief(draft)
     parts = (
-        _behind(part, draft.camera, draft.frame, (seen, draft.relief), slack)
+        _behind(part, draft.camera, draft.frame, (seen, front), slack)
         for part in visible_parts(draft.path, draft.camera)
     )
     return Surfels.concatenate([part for part in parts if len(part)])

@@ -15,6 +15,7 @@ from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
+from wzviewer.worker.standing import flank_surfels, front_surfels, seen_relief
 
 LAYER_SIGMA_PX = 0.75  # hidden layers are not optimised: softer than the front, and closed
 PREVIEW_STRIDE = 2  # a preview has every second pixel each way: a quarter of the surfels
@@ -34,8 +35,7 @@ def as_level(
         surfels: optimised ones; by default they are lifted from the draft.
     """
     if surfels is None:
-        layers = layer_surfels(draft)
-        surfels = generate_surfels(draft.image, draft.relief, draft.camera, layers)
+        surfels = Surfels.concatenate([front_surfels(draft).surfels, *layer_surfels(draft)])
     coverage = coverage_of(draft.path, draft.camera, draft.frame, surfels.means)
     maps, notes = _kept(draft)
     return Level(
@@ -45,7 +45,7 @@ def as_level(
         frame=draft.frame,
         surfels=surfels.with_(coverage=coverage),
         image=to_bytes(draft.image),
-        relief=draft.relief,
+        relief=seen_relief(draft),
         prompt=prompt,
         seed=seed,
         maps=maps,
@@ -55,7 +55,8 @@ def as_level(
 
 def layer_surfels(draft: Draft) -> list[Surfels]:
     """Lifts the background layers of stage 4; a layer of stride k has surfels k times as large."""
-    return [*(_layer_surfels(layer, draft) for layer in draft.layers), draft.hidden]
+    layers = (_layer_surfels(layer, draft) for layer in draft.layers)
+    return [*layers, draft.hidden, *flank_surfels(draft)]
 
 
 def _layer_surfels(layer: Layer, draft: Draft) -> Surfels:

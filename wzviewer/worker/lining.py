@@ -13,20 +13,33 @@ import numpy as np
 from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.draft import Draft
+from wzviewer.worker.models.builtin.objects.parts import Part
 from wzviewer.worker.models.builtin.views.layers import Layer
+from wzviewer.worker.standing import OPAQUE
 
 STRIDE = 2  # native px: its surfels lie where four pixels meet
 REACH_PX = 2  # of a footprint: it is behind all that is seen within
 JUST_PX = 0.5  # native px behind that
 STEP_PX = 24.0  # native px of depth within reach: an edge, beside which it would look out
+_NOTHING = np.float32(1e6)  # native px behind a part, where it ends: an edge
 _HIDDEN_PX = 6  # around a hidden surfel: it may be one of a coarser level
 
 
 def with_lining(draft: Draft) -> Draft:
-    """Returns a draft with one more layer, wherever its layers or hidden surfels lie behind its picture."""
-    behind = _something_behind(draft)
-    layer = lining(draft.image, draft.relief, behind & ~draft.sky)
-    return replace(draft, layers=(*draft.layers, layer)) if layer.mask.any() else draft
+    """Returns a draft with more layers, wherever its layers or hidden surfels lie behind its picture."""
+    image = draft.image if draft.ground is None else draft.ground
+    ground = lining(image, draft.relief, _something_behind(draft) & ~draft.sky)
+    made = [layer for layer in (ground, *map(_part_lining, draft.parts)) if layer.mask.any()]
+    return replace(draft, layers=(*draft.layers, *made)) if made else draft
+
+
+def _part_lining(part: Part) -> Layer:
+    """Returns the lining of a part of an object, on the same cells as that of the picture."""
+    x, y = (-n % STRIDE for n in part.offset_px)
+    color, alpha, relief = (a[y:, x:] for a in (part.color, part.alpha, part.relief))
+    known = np.isfinite(relief)
+    layer = lining(color, np.where(known, relief, _NOTHING), known & (alpha >= OPAQUE))
+    return replace(layer, offset_px=(part.offset_px[0] + x, part.offset_px[1] + y))
 
 
 def _something_behind(draft: Draft) -> BoolArray:

@@ -85,9 +85,16 @@ class ImageEditor(Protocol):
         """Does `apply` quickly and more softly, at the same places."""
 
     def apply(
-        self, edit: Edit, image: FloatArray, geometry: Support, seed: int, check: Check | None = None
+        self,
+        edit: Edit,
+        image: FloatArray,
+        geometry: Support,
+        seed: int,
+        check: Check | None = None,
+        *,
+        ground: FloatArray | None = None,
     ) -> EditResult:
-        """Returns the edited image and the geometry of what is new in it."""
+        """Returns the edited image and the geometry of what is new in it; `ground` has no older ones."""
 
     def continue_into(
         self,
@@ -98,6 +105,7 @@ class ImageEditor(Protocol):
         seed: int,
         check: Check | None = None,
         parent_factor: float = 8.0,
+        ground: FloatArray | None = None,
     ) -> EditResult | None:
         """Draws objects of a coarser level again, finer; None when none is in view."""
 

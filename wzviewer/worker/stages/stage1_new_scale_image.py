@@ -38,6 +38,8 @@ SPECK_PX, ISLAND_SHARE = 7, 0.3  # of the largest piece of what is known
 EMPTY_SHARE = 0.35  # of a pixel; between its surfels a surface lets through up to an eighth of what is behind
 SKY_RELIEF_SHARE = 0.5  # a point this close to the depth of the sky counts as sky
 
+BLURRED_PX = 1.5  # of the coarser level: around an object its depth is a mixture
+LEAST_GROUND = 0.01  # of a view: with less of it around an object nothing can be continued
 PLAIN_UP_TO = 2  # enlarged so little, a preview is what a network took two seconds for
 Check = Callable[[], None]
 
@@ -225,11 +227,10 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
         draft = _redrawn(draft, level, models, support, seed, check)
     if not edit:
         return draft
-    result = models.editor.apply(edit, draft.image, support, seed, check=check)
+    shared = (edit, draft.image, support, seed)
+    result = models.editor.apply(*shared, check=check, ground=draft.ground)
     placements = [placement.to_dict() for placement in result.placements]
-    before = draft.image * result.shadow[..., None] ** np.float32(1 / 2.2)
     draft = _with_objects(draft, result)
-    draft = replace(draft, extra={**draft.extra, "behind_objects": before, "new_objects": result.object_mask})
     notes = {**draft.notes, "placements": placements}
     if result.places:
         notes["places"] = list(result.places)
@@ -256,11 +257,22 @@ def _redrawn(
     mapping = _mapping(level.camera, draft.camera)
     factor = draft.camera.focal_px / draft.path[-1].camera.focal_px
     shared = (placements, mapping, draft.image, support, seed)
-    result = models.editor.continue_into(*shared, check=check, parent_factor=factor)
+    result = models.editor.continue_into(*shared, check=check, parent_factor=factor, ground=draft.ground)
     if result is None:
         return draft
-    again = draft.extra.get("redrawn_objects", np.zeros_like(result.object_mask)) | result.object_mask
-    return _with_objects(replace(draft, extra={**draft.extra, "redrawn_objects": again}), result)
+    return _with_objects(_behind(draft, result, factor), result)
+
+
+def _behind(draft: Draft, result: EditResult, factor: float) -> Draft:
+    """Forgets the depth that coarser levels show where they show objects that are drawn again."""
+    k = 2 * round(BLURRED_PX * factor) + 1
+    shown = cv2.dilate((result.alpha > 0).astype(np.uint8), np.ones((k, k), np.uint8)) > 0
+    relief = np.where(shown, np.float32(np.nan), draft.relief)
+    if np.isfinite(relief).mean() < LEAST_GROUND:
+        farthest = np.nanmax(draft.relief) if np.isfinite(draft.relief).any() else 0.0
+        relief = np.full_like(relief, farthest)
+    guessed = draft.extra.get("guessed", np.zeros_like(shown)) | shown
+    return replace(draft, relief=relief, extra={**draft.extra, "guessed": guessed})
 
 
 def _mapping(ancestor: Camera, camera: Camera) -> tuple[float, float, float]:
@@ -270,13 +282,9 @@ def _mapping(ancestor: Camera, camera: Camera) -> tuple[float, float, float]:
 
 
 def _with_objects(draft: Draft, result: EditResult) -> Draft:
-    """Takes the edited image; of objects over each other the nearer one is seen."""
-    mask, relief = result.object_mask, result.object_relief
-    if "object_mask" in draft.extra:
-        relief = np.fmin(relief, draft.extra["object_relief"])
-        mask = mask | draft.extra["object_mask"]
-    extra = {**draft.extra, "object_mask": mask, "object_relief": relief}
-    return replace(draft, image=result.image, extra=extra)
+    """Takes the edited image, with its objects apart from what they stand on."""
+    parts, flanks = (*draft.parts, *result.parts), (*draft.flanks, *result.flanks)
+    return replace(draft, image=result.image, ground=result.ground, parts=parts, flanks=flanks)
 
 
 def _context(seen: Observation) -> tuple[Context, tuple[float, float, float, float]]:

@@ -2,7 +2,9 @@
 
     estimate, target -> fixed effects (a, one b per segment) -> bilateral grid, if it wins on held-out
         blocks -> segment medians -> holes filled -> steps of the target snapped to the new image
-        -> pulled to the target below W/16 -> relief from shading -> inserted object
+        -> pulled to the target below W/16 -> relief from shading
+
+Objects stand in front of what is registered here (`worker.standing`).
 
 All maps are parallax q, native pixels, + = nearer, affine in inverse depth.  A region may be almost
 flat or hold a step of millions of pixels: regressions therefore see one *layer* of the target at a
@@ -85,8 +87,6 @@ def register(
     *,
     focal_px: float,
     segments: IntArray | None = None,
-    object_relief: FloatArray | None = None,
-    object_mask: FloatArray | BoolArray | None = None,
     relief_texture: FloatArray | None = None,
     sky: BoolArray | None = None,
     relief_share: float | None = None,
@@ -103,9 +103,6 @@ def register(
         estimate: (h, w) disparity of the depth estimator on the new image, any affine unit.
         focal_px: of this level.
         segments: (h, w) labels, or None for graph segments of the image.
-        object_relief: (h, w) depth of an inserted object, native px behind the anchor plane (+ =
-            farther, as in `core`), or None.
-        object_mask: (h, w) its coverage; needed beside `object_relief`.
         relief_texture: (h, w) signed height of the synthesised texture, or None.
         sky: (h, w) where no relief grows, or None.
         relief_share: amplitude of the relief over the width; None = from the material, 0 = none.
@@ -115,7 +112,7 @@ def register(
         on_step: called with (step, loss) of the grid.
 
     Returns:
-        Parallax that equals the target at the border and below W/16 everywhere but on the object.
+        Parallax that equals the target at the border and below W/16.
     """
     del seed
     started, check = time.monotonic(), check or (lambda: None)
@@ -132,8 +129,6 @@ def register(
     report["loss_after"] = _loss(_sample(parallax, work), work)
     grown = np.clip(_relief(image, labels, relief_texture, sky, relief_share), -room, room)
     parallax = parallax + grown
-    if object_relief is not None and object_mask is not None:
-        parallax = _insert(parallax, base, object_relief, object_mask, focal_px)
     report["relief_px"] = float(np.subtract(*np.percentile(grown[::4, ::4], (95, 5))))
     report["seconds"] = time.monotonic() - started
     return Registration(_finite(parallax), report)
@@ -361,16 +356,6 @@ def _relief(
     if share == 0:
         return np.zeros(image.shape[:2], np.float32)
     return relief_from_shading(image, labels, texture, sky, share)
-
-
-def _insert(
-    parallax: FloatArray, base: FloatArray, relief: FloatArray, mask: FloatArray | BoolArray, focal_px: float
-) -> FloatArray:
-    """An object replaces what it covers and is never behind the surface."""
-    inside = (np.asarray(mask, np.float32) > 0.5) & np.isfinite(relief)
-    depth = np.where(inside, relief, 0).astype(np.float64)
-    own = -depth / np.maximum(1 + depth / focal_px, 1e-6)
-    return np.where(inside, np.maximum(own, base), parallax).astype(np.float32)
 
 
 def _finite(parallax: FloatArray) -> FloatArray:

@@ -54,6 +54,7 @@ def optimize(
     steps: int = STEPS,
     color_steps: int = COLOR_STEPS,
     on_step: Callable[[int, int], None] | None = None,
+    kept: BoolArray | None = None,
 ) -> Surfels:
     """OptimizeSurfels of Algorithm 1 (lines 30-31).
 
@@ -66,6 +67,7 @@ def optimize(
         steps: of Adam, one view each.
         color_steps: closed-form steps on the colours at C_{i+1} afterwards; 0 keeps them, as the paper.
         on_step: called as (done, total) before each step; may raise `Cancelled`.
+        kept: (n,) surfels whose q, s and o stay, such as what is meant to be seen through.
 
     Returns:
         The surfels with new quats, scales, opacities (and colors), in the same order.
@@ -85,12 +87,19 @@ def optimize(
             prepared[id(view)] = objective.prepare(view.camera, view.target, view.mask)
             backdrops[id(view)] = contrasting(prepared[id(view)].target)
         _, gradients = objective.render_with_gradient(prepared[id(view)], backdrops[id(view)])
-        state.update(gradients)
+        state.update(gradients if kept is None else _without(gradients, kept))
     for step in range(color_steps):
         if on_step is not None:
             on_step(steps + step, steps + color_steps)
         objective.step_colors(prepared.get(id(source)) or objective.prepare(camera, image))
     return objective.result()
+
+
+def _without(gradients: Gradients, kept: BoolArray) -> Gradients:
+    """Returns gradients that leave some surfels (n,) as they are."""
+    for slope in (gradients.quats, gradients.log_scales, gradients.x):
+        slope[kept] = 0
+    return gradients
 
 
 def contrasting(target: FloatArray) -> FloatArray:

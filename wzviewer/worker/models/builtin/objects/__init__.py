@@ -28,6 +28,9 @@
         ▼
     composite    shadow on the real support, sharpness and grain of the background
         ▼
+    peeling      what the view hides: the trunk behind limbs and wings, flanks from rays beside the view
+        │          parts    wings over limbs over trunk over the ground, each with its coverage
+        ▼
     inserting    all of it for one object     weather, dew   what covers the whole picture
         │                                     cutout   an image file goes in by the same door
     deeper       the same object again at a deeper level; dew draws its drops again

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from wzviewer.core.types import DoubleArray, FloatArray
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.lighting import Light, linear_from_srgb, srgb_from_linear
 from wzviewer.worker.models.builtin.objects.render import Layer
 
@@ -34,6 +34,34 @@ class Finish:
         return cls(float(np.clip(1.15 - 0.85 * ratio, 0.35, 0.95)), float(min(0.8 * grain, 0.012)))
 
 
+@dataclass(frozen=True)
+class Harmony:
+    """What pulls a body's black and white points and its hue a little towards the picture's."""
+
+    low: float = 0.0
+    high: float = 1.0
+    hue: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def of(cls, body: FloatArray, alpha: FloatArray, image: FloatArray) -> "Harmony":
+        """Compares a body (h, w, 3) sRGB where it covers with a picture (h, w, 3)."""
+        inside = alpha > 0.5
+        if not inside.any():
+            return cls()
+        thumb = image[::4, ::4].reshape(-1, 3)
+        black, white = np.percentile(thumb, 1), np.percentile(thumb, 99)
+        own_black, own_white = np.percentile(body[inside], 1), np.percentile(body[inside], 99.5)
+        low = 0.10 * max(float(black - own_black), 0.0)
+        high = 1 - 0.18 * max(float(own_white - white), 0.0) / max(float(own_white), 1e-3)
+        red, green, blue = (0.02 * (thumb.mean(0) - thumb.mean())).tolist()
+        return cls(low, high, (red, green, blue))
+
+    def __call__(self, body: FloatArray) -> FloatArray:
+        """Returns a body's colours (..., 3) in harmony."""
+        hue = np.asarray(self.hue, np.float32) * (1 - body)
+        return np.clip(self.low + body * (self.high - self.low) + hue, 0, 1).astype(np.float32)
+
+
 def shadow_gain(ground: FloatArray, light: Light, alpha: FloatArray) -> FloatArray:
     """Returns (h, w) what the support keeps of its light: key and sky by their shares, contact darker.
 
@@ -50,28 +78,34 @@ def shadow_gain(ground: FloatArray, light: Light, alpha: FloatArray) -> FloatArr
 
 
 def composite(
-    image: FloatArray, layer: Layer, gain: FloatArray, light: Light, finish: Finish, seed: int
+    ground: FloatArray, layer: Layer, finish: Finish, seed: int, harmony: Harmony
 ) -> tuple[FloatArray, FloatArray]:
-    """Returns (picture, alpha) with an opaque body over its shadow.
+    """Returns (picture, alpha) with an opaque body over the ground.
 
     Args:
-        image: (h, w, 3) sRGB background.
+        ground: (h, w, 3) sRGB, in the body's shadow.
         layer: the rendered body.
-        gain: (h, w) from `shadow_gain`.
-        light: tints the shadow.
         finish: sharpness and grain to match.
         seed: of the grain.
+        harmony: of the body with the picture.
     """
     color, alpha = soften(layer.color, layer.alpha, finish.blur_px)
-    ground = shadowed(image, gain, light)
-    lit = np.asarray(color / np.maximum(alpha, 1e-4)[..., None], np.float32)
-    toned = srgb_from_linear(np.asarray(1.05 * lit / (1 + 0.12 * lit), np.float32))
-    noise = grain((image.shape[0], image.shape[1]), finish.grain, seed)[..., None]
-    body = np.asarray(harmonised(toned, alpha, image) + noise, np.float32)
-    cover = alpha[..., None]
-    mixed = linear_from_srgb(body) * cover + linear_from_srgb(ground) * (1 - cover)
-    result = np.where(cover > 0, srgb_from_linear(mixed), ground)
+    noise = grain(alpha.shape[:2], finish.grain, seed)
+    result, box = ground.copy(), _box(alpha > 0)
+    cover = alpha[box][..., None]
+    lit = np.asarray(color[box] / np.maximum(cover, 1e-4), np.float32)
+    body = np.asarray(harmony(developed(lit)) + noise[box][..., None], np.float32)
+    mixed = linear_from_srgb(body) * cover + linear_from_srgb(ground[box]) * (1 - cover)
+    result[box] = np.where(cover > 0, srgb_from_linear(mixed), ground[box])
     return np.clip(result, 0, 1).astype(np.float32), alpha
+
+
+def _box(there: BoolArray) -> tuple[slice, slice]:
+    """Returns the smallest part of an image that holds what is there; nothing if there is nothing."""
+    rows, columns = np.flatnonzero(there.any(1)), np.flatnonzero(there.any(0))
+    if not len(rows):
+        return slice(0, 0), slice(0, 0)
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
 def soften(color: FloatArray, alpha: FloatArray, sigma_px: float) -> tuple[FloatArray, FloatArray]:
@@ -105,18 +139,15 @@ def shadowed(image: FloatArray, gain: FloatArray, light: Light) -> FloatArray:
     return np.where(gain[..., None] < 1, srgb_from_linear(mixed), image).astype(np.float32)
 
 
-def harmonised(body: FloatArray, alpha: FloatArray, image: FloatArray) -> FloatArray:
-    """Pulls the body's black and white points a little towards the picture's, sRGB."""
-    inside = alpha > 0.5
-    if not inside.any():
-        return body
-    thumb = image[::4, ::4].reshape(-1, 3)
-    black, white = np.percentile(thumb, 1), np.percentile(thumb, 99)
-    own_black, own_white = np.percentile(body[inside], 1), np.percentile(body[inside], 99.5)
-    low = 0.10 * max(float(black - own_black), 0.0)
-    high = 1 - 0.18 * max(float(own_white - white), 0.0) / max(float(own_white), 1e-3)
-    chroma = thumb.mean(0) - thumb.mean()
-    return np.clip(low + body * (high - low) + 0.02 * chroma * (1 - body), 0, 1).astype(np.float32)
+def developed(lit: FloatArray) -> FloatArray:
+    """Returns sRGB of linear radiance (..., 3), its highlights rolled off."""
+    return srgb_from_linear(np.asarray(1.05 * lit / (1 + 0.12 * lit), np.float32))
+
+
+def harmony_of(image: FloatArray, layer: Layer) -> Harmony:
+    """Returns what `composite` brings a rendered body into harmony with."""
+    lit = np.asarray(layer.color / np.maximum(layer.alpha, 1e-4)[..., None], np.float32)
+    return Harmony.of(developed(lit), layer.alpha, image)
 
 
 def rippled(picture: FloatArray, image: FloatArray, alpha: FloatArray) -> FloatArray:
@@ -152,8 +183,7 @@ def grain(shape: tuple[int, int], sigma: float, seed: int) -> FloatArray:
 def refract(
     image: FloatArray,
     layer: Layer,
-    gain: FloatArray,
-    light: Light,
+    ground: FloatArray,
     finish: Finish,
     to_light: DoubleArray,
     tint: tuple[float, float, float] = (1.0, 1.0, 1.0),
@@ -163,14 +193,12 @@ def refract(
     Args:
         image: (h, w, 3) sRGB background.
         layer: the rendered body; its colour is what it reflects.
-        gain: (h, w) from `shadow_gain`; half as strong under water.
-        light: the picture's light.
+        ground: (h, w, 3) sRGB, the background in the body's shadow.
         finish: sharpness to match.
         to_light: (3,) key direction, camera axes.
         tint: (3,) share of light that the body lets through.
     """
     h, w = image.shape[:2]
-    ground = shadowed(image, 1 - 0.8 * (1 - gain), light)
     columns = np.flatnonzero((layer.alpha > 0).any(0))
     reach = 0.5 * max(float(np.ptp(columns)), 1.0) if len(columns) else 1.0
     normal = cv2.GaussianBlur(layer.normal, (0, 0), 1.0)

@@ -122,7 +122,8 @@ def card_layer(
     relief = np.where(inside > 0, -round_off, np.nan).astype(np.float32)
     normal = np.zeros((h, w, 3), np.float32)
     normal[..., 2] = -1
-    return Layer(full[..., :3] * gain, full[..., 3], relief, normal), float(y + size[1])
+    none = np.zeros_like(relief)
+    return Layer(full[..., :3] * gain, full[..., 3], relief, normal, none, none), float(y + size[1])
 
 
 def card_shadow(

@@ -1,5 +1,7 @@
 """The same objects at a deeper level: marched again, so that the zoom shows finer structure."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -9,13 +11,15 @@ from wzviewer.worker.models.builtin.objects.inserting import (
     Check,
     body_of,
     drowned,
-    plane_image,
     setting_of,
+    toned,
     without,
 )
+from wzviewer.worker.models.builtin.objects.parts import Depths
+from wzviewer.worker.models.builtin.objects.peeling import Studio, dismantled
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, held, merged
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support, hidden_by
-from wzviewer.worker.models.builtin.objects.render import Scene, render
+from wzviewer.worker.models.builtin.objects.render import Layer, Scene, render
 
 _OPAQUE = 0.94  # a sheet of feather or wing covers .96 at most
 _BAND_LIMITS = (40 / 255, 20 / 255, 10 / 255)  # how far each step may pull back to the parent's picture
@@ -42,39 +46,64 @@ def march_again(
     mask = held(layer.alpha, layer.relief)
     if mask.mean() < 2e-4:
         return None
-    relief = _registered(placed, mapping, layer.relief, geometry, mask)
+    depths = _registered(placed, mapping, layer, geometry, mask)
+    relief = depths.of_image(layer.relief)
     hidden = hidden_by(geometry.relief, relief, mask, pose.size_px)
     if hidden.any():
         layer, mask = without(layer, hidden), mask & ~hidden
-    clean = _without_halo(result.image, layer.alpha, 2.6 * parent_factor)
+    reach_px = 2.6 * parent_factor
+    clean = _without_halo(result.image, layer.alpha, reach_px)
+    ground = clean if result.ground is None else _without_halo(result.ground, layer.alpha, reach_px)
     finish = composite.Finish(0.40, 0.5 * composite.Finish.of(result.image).grain)
     none = np.ones((h, w), np.float32)
-    if body.refractive:
-        picture, alpha = composite.reflected(result.image, clean, layer, finish)
-    else:
-        picture, alpha = composite.composite(clean, layer, none, placed.light, finish, seed)
-    picture = _toward_parent(picture, result.image, alpha, parent_factor)
+    harmony = composite.harmony_of(clean, layer)
+
+    def paint(of: Layer) -> tuple[FloatArray, FloatArray]:
+        if body.refractive:
+            return composite.reflected(result.image, clean, of, finish)
+        return composite.composite(clean, of, finish, seed, harmony)
+
+    first, alpha = paint(layer)
+    picture = _toward_parent(first, result.image, alpha, parent_factor)
+    pulled = picture - first
+
+    def paint_pulled(of: Layer) -> tuple[FloatArray, FloatArray]:
+        own, cover = paint(of)
+        return np.clip(own + pulled, 0, 1), cover
+
+    under = np.clip(clean + pulled * (1 - alpha[..., None]), 0, 1)
+    ground = np.where(alpha[..., None] > 0, ground, picture).astype(np.float32)
+    tone = toned(harmony, placed.water)
+    studio = Studio(scene, setting, layer, picture, under, paint_pulled, tone, finish, depths)
     relief = np.where(mask, relief, np.nan).astype(np.float32)
-    return merged(result, picture, relief, mask, alpha, none, placed)
+    parts, below, flanks = dismantled(studio, check)
+    ground = ground + (below - under)
+    return merged(result, picture, relief, mask, alpha, none, placed, ground, (parts, flanks))
 
 
 def _registered(
     placed: Placement,
     mapping: tuple[float, float, float],
-    marched: FloatArray,
+    layer: Layer,
     geometry: Support,
     mask: BoolArray,
-) -> FloatArray:
-    """Returns the marched relief sheared as at the ancestor, at the depth where the ancestor shows it."""
+) -> Depths:
+    """Returns depths sheared as at the ancestor, where the ancestor shows the body.
+
+    Its limbs and wings are no measure: the depth that was seen there may be that of what is behind.
+    """
     x0, y0, factor = mapping
     lift = placed.lift
     child = Plane(
         (lift.x0 - x0) * factor, (lift.y0 - y0) * factor, lift.at * factor, lift.slope_x, lift.slope_y
     )
-    relief = marched + plane_image(child, (marched.shape[0], marched.shape[1]))
-    known = mask & np.isfinite(geometry.relief)
-    offset = float(np.median(geometry.relief[known] - relief[known])) if known.any() else 0.0
-    return np.asarray(relief + np.float32(offset), np.float32)
+    depths = Depths(child, 0.0, 1.0, np.zeros(mask.shape, np.float32))
+    gap = geometry.relief - depths.of_image(layer.relief)
+    known = mask & np.isfinite(gap)
+    sure = known & (layer.limbs + layer.wings == 0)
+    chosen = sure if sure.sum() > 0.05 * known.sum() else known
+    offset = float(np.median(gap[chosen])) if chosen.any() else 0.0
+    return replace(depths, contact=np.full(mask.shape, offset, np.float32))
 
 
 def _without_halo(image: FloatArray, alpha: FloatArray, reach_px: float) -> FloatArray:

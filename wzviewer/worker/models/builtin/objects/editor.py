@@ -67,6 +67,9 @@ class ObjectEditor:
         seed: int,
         check: Check = None,
         light: Light | None = None,
+        ground: FloatArray | None = None,
+        *,
+        apart: bool = True,
     ) -> EditResult:
         """Inserts the objects of an edit, one after the other, then changes the whole picture.
 
@@ -77,11 +80,13 @@ class ObjectEditor:
             seed: of shapes, poses and grain; the same seed gives the same bytes.
             check: called several times a second; what it raises stops the work.
             light: the photograph's light; read from `image` if None.
+            ground: (h, w, 3) what is behind the objects that `image` shows already; None if it shows none.
+            apart: whether to take the objects apart into `EditResult.parts`.
 
         Raises:
             whatever `check` raises.
         """
-        result = unchanged(image)
+        result = unchanged(image, ground)
         h, w = image.shape[0], image.shape[1]
         view = View.of(image, geometry)
         told: list[dict[str, object]] = []
@@ -103,6 +108,7 @@ class ObjectEditor:
                     light,
                     check,
                     cover_of(request.place, view, (h, w)) if request.submerged else None,
+                    apart=apart,
                 )
                 number += 1
         if edit.changes:
@@ -134,7 +140,7 @@ class ObjectEditor:
         metres = None if metres is None else metres / np.float32(factor)
         support = Support(relief, geometry.focal_px * factor, geometry.ray_x, geometry.ray_y, sky, metres)
         thumb = cv2.resize(image, small, interpolation=cv2.INTER_AREA)
-        return _enlarged(self.apply(edit, thumb, support, seed, check, light), thumb, image)
+        return _enlarged(self.apply(edit, thumb, support, seed, check, light, apart=False), thumb, image)
 
     def continue_into(
         self,
@@ -145,6 +151,7 @@ class ObjectEditor:
         seed: int,
         check: Check = None,
         parent_factor: float = 8.0,
+        ground: FloatArray | None = None,
     ) -> EditResult | None:
         """Marches an ancestor's objects again where this deeper image looks at them.
 
@@ -156,11 +163,12 @@ class ObjectEditor:
             seed: of the grain.
             check: as in `apply`.
             parent_factor: how much finer this image is than its own parent's.
+            ground: as in `apply`.
 
         Returns:
             the picture with the objects finer; None if none is in view.
         """
-        result, again = unchanged(image), False
+        result, again = unchanged(image, ground), False
         for k, placed in enumerate(placements):
             if placed.name == "dew":
                 drops = np.asarray(placed.drops, np.float64).reshape(-1, 5)
@@ -176,11 +184,15 @@ class ObjectEditor:
 def _weathered(result: EditResult, change: Change, relief: FloatArray, seed: int) -> EditResult:
     """Applies one change; of dew the drops are kept, to be drawn again at deeper levels."""
     image = changed_by(change, result.image, relief, seed)
+    ground = None if result.ground is None else changed_by(change, result.ground, relief, seed)
+    moved = image - result.image
+    parts = tuple(part.shifted(moved) for part in result.parts)
+    flanks = tuple(flank.shifted(moved) for flank in result.flanks)
     kept = result.placements
     if change.name == "dew":
         dew = dew_on(result.image, relief, change.amount, seed)
         kept = (*kept, dew_of(dew.drops, dew.light))
-    return replace(result, image=image, placements=kept)
+    return replace(result, image=image, placements=kept, ground=ground, parts=parts, flanks=flanks)
 
 
 def _spots(

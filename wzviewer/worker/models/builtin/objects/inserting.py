@@ -19,6 +19,8 @@ from wzviewer.worker.models.builtin.objects.lighting import (
     linear_from_srgb,
 )
 from wzviewer.worker.models.builtin.objects.nouns import BUILDERS, FLYING
+from wzviewer.worker.models.builtin.objects.parts import Depths, Pane, parts_of
+from wzviewer.worker.models.builtin.objects.peeling import Studio, dismantled
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, held, merged, shifted
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
 from wzviewer.worker.models.builtin.objects.pose import Pose
@@ -32,6 +34,7 @@ Check = Callable[[], object] | None
 _UPRIGHT_DEG = 60.0  # what is seen from the side stands, and has its own footing
 _HOVER = 0.40  # body lengths above its place
 _SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more
+_CLEAR_SHADOW = 0.8
 _VEIL = 0.45  # share of what is seen under water that is the water
 _THROUGH_WATER = np.array([0.62, 0.86, 0.94], np.float32)
 _SHADOW_IN_WATER, _BLUR_IN_WATER_PX = 0.35, 1.2
@@ -53,8 +56,13 @@ def insert(
     light: Light | None,
     check: Check,
     cover: FloatArray | None = None,
+    *,
+    apart: bool = True,
 ) -> EditResult:
-    """Returns the picture with one more object in it; `cover` (h, w) is where the water is that holds it."""
+    """Returns the picture with one more object in it.
+
+    `cover` (h, w) is where the water is that holds it; if not `apart`, it is not taken apart.
+    """
     if request.name == "image":
         light = light or light_from_photo(result.image, centre, 0.5 * width_px)
         return _insert_image(request, result, geometry, centre, width_px, seed, light)
@@ -91,11 +99,12 @@ def insert(
     if water is not None:
         gain = 1 - _SHADOW_IN_WATER * (1 - gain) * (1 if cover is None else cover)
     mask = held(layer.alpha, layer.relief)
-    relief = np.where(mask, layer.relief + plane_image(lift, (h, w)), np.nan)
-    relief = (at + share * (relief - at)).astype(np.float32)
+    depths = Depths(lift, at, share, np.zeros((h, w), np.float32))
+    relief = np.where(mask, depths.of_image(layer.relief), np.float32(np.nan))
     behind = np.fmin(geometry.relief, result.object_relief)
     hidden = placement.hidden_by(behind, relief, mask, size) & (height == 0)
     relief, shift = placement.settle(relief, mask, behind, pose.size_px, floats=height > 0, share=share)
+    depths = depths.in_contact(layer.relief, relief, pose.size_px / 24)
     if hidden.any():
         near = geometry.relief < plane_image(plane, (h, w)) - 0.4 * size
         layer, mask, gain = without(layer, hidden), mask & ~hidden, np.where(near, np.float32(1), gain)
@@ -103,15 +112,40 @@ def insert(
     finish = composite.Finish.of(result.image)
     if water is not None:
         finish = composite.Finish(_BLUR_IN_WATER_PX, finish.grain)
-    if body.refractive:
-        picture, alpha = composite.refract(
-            result.image, layer, gain, light, finish, setting.to_light, body.clear
-        )
-    else:
-        picture, alpha = composite.composite(result.image, layer, gain, light, finish, seed)
-    if water is not None:
-        picture = composite.rippled(picture, result.image, alpha)
-    return merged(result, picture, relief, mask, alpha, gain, placed)
+    harmony = composite.harmony_of(result.image, layer)
+
+    # A clear body gathers light where an opaque one would cast its shadow.
+    gain = 1 - _CLEAR_SHADOW * (1 - gain) if body.refractive else gain
+    under = composite.shadowed(result.image, gain, light)
+    ground = under if result.ground is None else composite.shadowed(result.ground, gain, light)
+
+    def paint(of: Layer) -> tuple[FloatArray, FloatArray]:
+        if body.refractive:
+            to_light, clear = setting.to_light, body.clear
+            picture, alpha = composite.refract(result.image, of, under, finish, to_light, clear)
+        else:
+            picture, alpha = composite.composite(under, of, finish, seed, harmony)
+        return (picture if water is None else composite.rippled(picture, result.image, alpha)), alpha
+
+    picture, alpha = paint(layer)
+    tone = toned(harmony, water)
+    studio = Studio(scene, setting, layer, picture, under, paint, tone, finish, depths)
+    parts, below, flanks = dismantled(studio, check) if apart else ((), under, ())
+    return merged(
+        result, picture, relief, mask, alpha, gain, placed, ground + (below - under), (parts, flanks)
+    )
+
+
+def toned(
+    harmony: composite.Harmony, water: tuple[float, float, float] | None
+) -> Callable[[FloatArray], FloatArray]:
+    """Returns what brings linear colours (n, 3) of a body to the picture's sRGB, under water if it is."""
+
+    def tone(lit: FloatArray) -> FloatArray:
+        seen = lit if water is None else _through(lit, np.asarray(water, np.float32))
+        return harmony(composite.developed(seen))
+
+    return tone
 
 
 def _posed(
@@ -141,15 +175,19 @@ def drowned(layer: Layer, water: tuple[float, float, float] | None) -> Layer:
     if water is None:
         return layer
     veil = np.asarray(water, np.float32) * layer.alpha[..., None]
-    color = (1 - _VEIL) * _THROUGH_WATER * layer.color + _VEIL * veil
-    return Layer(color, layer.alpha, layer.relief, layer.normal)
+    return replace(layer, color=_through(layer.color, veil))
+
+
+def _through(lit: FloatArray, veil: FloatArray) -> FloatArray:
+    return np.asarray((1 - _VEIL) * _THROUGH_WATER * lit + _VEIL * veil, np.float32)
 
 
 def without(layer: Layer, hidden: BoolArray) -> Layer:
     """Returns a layer less what stands behind something else, cut softly."""
     keep = 1 - cv2.GaussianBlur(hidden.astype(np.float32), (0, 0), 0.7)
     relief = np.where(hidden, np.float32(np.nan), layer.relief)
-    return Layer(layer.color * keep[..., None], layer.alpha * keep, relief, layer.normal)
+    shares = {name: getattr(layer, name) * keep for name in ("alpha", "limbs", "wings")}
+    return replace(layer, color=layer.color * keep[..., None], relief=relief, **shares)
 
 
 def _insert_image(
@@ -177,10 +215,16 @@ def _insert_image(
         layer.relief + np.float32(base), mask, np.fmin(geometry.relief, result.object_relief), width_px
     )
     finish = composite.Finish(0.35, composite.Finish.of(result.image).grain)
-    picture, alpha = composite.composite(result.image, layer, gain, light, finish, seed)
+    under = composite.shadowed(result.image, gain, light)
+    ground = under if result.ground is None else composite.shadowed(result.ground, gain, light)
+    harmony = composite.harmony_of(result.image, layer)
+    picture, alpha = composite.composite(under, layer, finish, seed, harmony)
     pose = Pose(np.eye(3), width_px, (*centre, base))
     placed = Placement("image", seed, request.tint, pose, plane, light, (0.2, 0.2, 0.2), width_px)
-    return merged(result, picture, relief, mask, alpha, gain, placed)
+    flat = Depths(Plane(0.0, 0.0, base, 0.0, 0.0), 0.0, 1.0, np.zeros(shape, np.float32))
+    depths = flat.in_contact(layer.relief, relief, 1.0)
+    parts, _ = parts_of([Pane(picture, alpha, layer.relief)], under, depths)
+    return merged(result, picture, relief, mask, alpha, gain, placed, ground, (parts, ()))
 
 
 def _surroundings(

@@ -16,26 +16,28 @@ def conch(rng: np.random.Generator, tint: Tint) -> Body:
         free=(2.0, 0.30, 0.8, 0.005, 1.0),
     )  # fmt: skip
     lip = pen.material(
-        SHELL, linear(244, 168, 142), linear(250, 206, 184), rough=0.3, wrap=0.4, coat=0.9, coat_rough=0.10,
+        SHELL, linear(244, 168, 142), linear(250, 206, 184), rough=0.3, wrap=0.4, coat=0.6, coat_rough=0.14,
         free=(1.0, 0.5, 0.0, 0.02, 0.0),
     )  # fmt: skip
     # The axis lies along y, the spire backwards; the mouth opens upwards and to the viewer's side.
-    roll = -0.75 + float(rng.uniform(-0.15, 0.15))
+    roll = -0.9 + float(rng.uniform(-0.15, 0.15))
     axes = np.array([[np.cos(roll), 0.0, np.sin(roll)], [np.sin(roll), 0.0, -np.cos(roll)], [0.0, 1.0, 0.0]])
     group = pen.group()
 
     def whorls(
-        tube: float, turns: tuple[float, float], material: int, knobs: float, flare: float, cut: bool
-    ) -> None:
+        radius: float, tube: float, turns: tuple[float, float], material: int, *,
+        flat: float, knobs: float, flare: float, cut: bool,
+    ) -> None:  # fmt: skip
         pen.spiral(
-            0.115, 0.085, 0.40, tube, turns, material, centre=(0.0, -0.42, 0.255), axes=axes, group=group,
-            flat=1.75, knobs=(knobs, 8.0), slant=0.32, flare=flare, blend=0.02, cut=cut,
+            radius, 0.075, 0.56, tube, turns, material, centre=(0.0, -0.60, 0.255), axes=axes, group=group,
+            flat=flat, knobs=(knobs, 8.0), slant=0.32, flare=flare, blend=0.02, cut=cut,
         )  # fmt: skip
 
-    whorls(0.150, (-26.0, 1.2), outside, 0.32, 0.25, False)
+    whorls(0.095, 0.135, (-26.0, 1.2), outside, flat=1.9, knobs=0.32, flare=0.25, cut=False)
     pen.cone((0.0, 0.10, 0.25), (0.03, 0.50, 0.20), 0.085, 0.028, outside, group=group, blend=0.10)
-    whorls(0.090, (-1.5, 2.2), lip, 0.0, 0.45, True)
-    return pen.body(lift=0.108, tilt_deg=(48.0, 66.0), yaw_deg=160.0, turns=False)
+    # The mouth is a long slit along the axis: a round one makes a bowl of it.
+    whorls(0.14, 0.07, (-1.5, 2.2), lip, flat=2.6, knobs=0.0, flare=0.3, cut=True)
+    return pen.body(lift=0.065, tilt_deg=(48.0, 66.0), yaw_deg=150.0, turns=False)
 
 
 def snail(rng: np.random.Generator, tint: Tint) -> Body:

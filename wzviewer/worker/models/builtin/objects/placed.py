@@ -8,6 +8,7 @@ import numpy as np
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Tint
 from wzviewer.worker.models.builtin.objects.lighting import Light
+from wzviewer.worker.models.builtin.objects.parts import Flanks, Part
 from wzviewer.worker.models.builtin.objects.placement import Plane
 from wzviewer.worker.models.builtin.objects.pose import Pose
 
@@ -102,6 +103,9 @@ class EditResult:
         shadow: (h, w) float32, share of its light that the support keeps; 1 is none lost.
         placements: one for each object, JSON-able by `to_dict`.
         places: for each place of the prompt {"object", "place", "found"}.
+        ground: (h, w, 3) float32 sRGB, the picture in the objects' shadow and without them.
+        parts: of all objects, farther ones of each first.
+        flanks: what the view does not see of them.
     """
 
     image: FloatArray
@@ -111,6 +115,14 @@ class EditResult:
     shadow: FloatArray
     placements: tuple[Placement, ...] = field(default=())
     places: tuple[dict[str, object], ...] = field(default=())
+    ground: FloatArray | None = None
+    parts: tuple[Part, ...] = ()
+    flanks: tuple[Flanks, ...] = ()
+
+    @property
+    def bare(self) -> FloatArray:
+        """The ground; the picture itself where there are no objects."""
+        return self.image if self.ground is None else self.ground
 
 
 def held(alpha: FloatArray, relief: FloatArray) -> BoolArray:
@@ -138,8 +150,8 @@ def dew_of(drops: DoubleArray, light: Light) -> Placement:
     return Placement("dew", 0, Tint(), still, flat, light, (0.0, 0.0, 0.0), 0.0, drops=kept)
 
 
-def unchanged(image: FloatArray) -> EditResult:
-    """Returns a picture without objects."""
+def unchanged(image: FloatArray, ground: FloatArray | None = None) -> EditResult:
+    """Returns a picture without new objects; `ground` is what is behind those it shows already."""
     shape = image.shape[:2]
     nothing = np.full(shape, np.nan, np.float32)
     return EditResult(
@@ -148,6 +160,7 @@ def unchanged(image: FloatArray) -> EditResult:
         np.zeros(shape, bool),
         np.zeros(shape, np.float32),
         np.ones(shape, np.float32),
+        ground=ground,
     )
 
 
@@ -159,6 +172,8 @@ def merged(
     alpha: FloatArray,
     gain: FloatArray,
     placed: Placement,
+    ground: FloatArray,
+    dismantled: tuple[tuple[Part, ...], tuple[Flanks, ...]],
 ) -> EditResult:
     """Returns a result with one more object, in front of the others."""
     return EditResult(
@@ -168,6 +183,10 @@ def merged(
         np.maximum(result.alpha, alpha),
         (result.shadow * gain).astype(np.float32),
         (*result.placements, placed),
+        result.places,
+        ground,
+        (*result.parts, *dismantled[0]),
+        (*result.flanks, *dismantled[1]),
     )
 
 

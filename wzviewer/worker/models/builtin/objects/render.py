@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import cv2
@@ -17,7 +17,7 @@ from wzviewer.worker.models.builtin.objects.patterns import SHADED, SHEET, evalu
 from wzviewer.worker.models.builtin.objects.pose import Pose
 from wzviewer.worker.models.builtin.objects.shading import Setting, shade
 from wzviewer.worker.models.builtin.objects.terms import OPAQUE, OUTPUTS
-from wzviewer.worker.models.builtin.objects.thin import stamps, widened
+from wzviewer.worker.models.builtin.objects.thin import LIMB, WING, kinds_of, stamps, widened
 
 LongArray = NDArray[np.int64]
 A = TypeVar("A")
@@ -37,12 +37,16 @@ class Layer:
         alpha: (h, w) coverage.
         relief: (h, w) native px, nan outside; of the nearest surface.
         normal: (h, w, 3) geometric normals, camera axes.
+        limbs: (h, w) share of a pixel that limbs and hairs cover.
+        wings: (h, w) the same of what lets light through.
     """
 
     color: FloatArray
     alpha: FloatArray
     relief: FloatArray
     normal: FloatArray
+    limbs: FloatArray
+    wings: FloatArray
 
 
 class Scene:
@@ -56,6 +60,7 @@ class Scene:
         self.hairs = self.opacity < 0.97
         sheets = body.materials[body.primitives[:, 3].astype(int), SHEET] > 0
         self.opacity = np.where(sheets, np.minimum(self.opacity, 0.96), self.opacity)
+        self.kinds = kinds_of(body.primitives, sheets)
         self.casters = np.ascontiguousarray(self.primitives[self.primitives[:, 35] > 0.5])
         self.columns = -(-width // TILE)
         self.ids, self.spans = self._lists()
@@ -87,6 +92,11 @@ class Scene:
         lists = self.primitives, self.body.outlines, self.opacity, self.ids, self.spans
         approach(*lists, centres, self.frame, radius, start, via)
         return start, via
+
+    def without(self, kind: int) -> "Scene":
+        """Returns what is behind the body's wings or its limbs, and not in their contact shadow."""
+        rest = replace(self.body, primitives=self.body.primitives[self.kinds < kind])
+        return Scene(rest, self.pose, self.width, self.height)
 
     def pixels(self) -> LongArray:
         """Returns (n, 2) x, y of the pixels in tiles that hold a primitive, tile by tile."""
@@ -141,19 +151,20 @@ def render(scene: Scene, setting: Setting, check: Callable[[], object] | None = 
         whatever `check` raises, between bands.
     """
     pixels = scene.pixels()
-    first = _bands(scene, setting, pixels + np.float64(0.5), check)
+    first = shoot(scene, setting, pixels + np.float64(0.5), check)
     layer = _scatter(scene, pixels, first)
     ids = np.full((scene.height, scene.width), -1, np.int64)
-    ids[pixels[:, 1], pixels[:, 0]] = first[:, 9].astype(np.int64)
+    ids[pixels[:, 1], pixels[:, 0]] = first[:, 10].astype(np.int64)
     edges = _edges(ids, layer, scene)
     y, x = (axis.astype(np.int64) for axis in np.nonzero(edges))
     if not len(x):
         return layer
     corners = np.stack([x, y], 1).astype(np.float64)
     rays = (corners[:, None, :] + _ROTATED).reshape(-1, 2)
-    samples = _bands(scene, setting, rays, check).reshape(len(x), 4, -1)
+    samples = shoot(scene, setting, rays, check).reshape(len(x), 4, -1)
     layer.color[y, x] = samples[:, :, :3].mean(1)
     layer.alpha[y, x] = samples[:, :, 3].mean(1)
+    layer.limbs[y, x], layer.wings[y, x] = samples[:, :, 8].mean(1), samples[:, :, 9].mean(1)
     return _fill_edges(layer, x, y, samples)
 
 
@@ -225,19 +236,29 @@ def _parallel(work: Callable[[A], B], items: list[A], check: Callable[[], object
     return results
 
 
-def _bands(
+def march_all(
+    scene: Scene, rays: DoubleArray, check: Callable[[], object] | None
+) -> tuple[DoubleArray, LongArray, DoubleArray]:
+    """Does `Scene.march` in bands, on threads."""
+    chunks = [rays[k : k + _BAND] for k in range(0, max(len(rays), 1), _BAND)]
+    parts = _parallel(scene.march, chunks, check)
+    depth, hit, normal = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return depth, hit, normal
+
+
+def shoot(
     scene: Scene, setting: Setting, rays: DoubleArray, check: Callable[[], object] | None
 ) -> FloatArray:
-    """Returns (r, 10): colour, alpha, relief, normal, spare, nearest primitive of every ray."""
+    """Returns (r, 11): colour, alpha, relief, normal, limbs, wings, nearest primitive of every ray."""
     chunks = [rays[k : k + _BAND] for k in range(0, len(rays), _BAND)]
     parts = _parallel(lambda c: _shoot(scene, setting, c), chunks, check)
-    return np.concatenate(parts) if parts else np.zeros((0, 10), np.float32)
+    return np.concatenate(parts) if parts else np.zeros((0, 11), np.float32)
 
 
 def _shoot(scene: Scene, setting: Setting, rays: DoubleArray) -> FloatArray:
     depth, hit, normal = scene.march(np.ascontiguousarray(rays, np.float64))
-    out = np.zeros((len(rays), 10), np.float32)
-    out[:, 4], out[:, 9] = np.nan, hit[:, 0]
+    out = np.zeros((len(rays), 11), np.float32)
+    out[:, 4], out[:, 10] = np.nan, hit[:, 0]
     ray, layer = np.nonzero(hit >= 0)
     if not len(ray):
         return out
@@ -251,6 +272,8 @@ def _shoot(scene: Scene, setting: Setting, rays: DoubleArray) -> FloatArray:
         cover = clear[r] * scene.opacity[hit[r, k]].astype(np.float32) * opaque[here]
         out[r, :3] += cover[:, None] * color[here]
         out[r, 3] += cover
+        out[r, 8] += cover * (scene.kinds[hit[r, k]] == LIMB)
+        out[r, 9] += cover * (scene.kinds[hit[r, k]] == WING)
         clear[r] -= cover
     front = hit[:, 0] >= 0
     out[front, 4] = scene.pose.relief(depth[front, 0])
@@ -328,10 +351,13 @@ def _scatter(scene: Scene, pixels: LongArray, samples: FloatArray) -> Layer:
         np.zeros(shape, np.float32),
         np.full(shape, np.nan, np.float32),
         np.zeros((*shape, 3), np.float32),
+        np.zeros(shape, np.float32),
+        np.zeros(shape, np.float32),
     )
     x, y = pixels[:, 0], pixels[:, 1]
     layer.color[y, x], layer.alpha[y, x] = samples[:, :3], samples[:, 3]
     layer.relief[y, x], layer.normal[y, x] = samples[:, 4], samples[:, 5:8]
+    layer.limbs[y, x], layer.wings[y, x] = samples[:, 8], samples[:, 9]
     return layer
 
 

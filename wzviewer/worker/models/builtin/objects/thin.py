@@ -8,6 +8,8 @@ from wzviewer.worker.models.builtin.objects.primitives import BEZIER, CARD, CONE
 
 LongArray = NDArray[np.int64]
 
+LIMB_RADIUS = 0.06  # of a body length: the largest radius of what counts as a limb
+
 
 def stamps(P: DoubleArray) -> tuple[DoubleArray, DoubleArray, LongArray]:
     """Returns (points, radii, owners): balls that hold each primitive, small ones along a thin part."""
@@ -54,3 +56,22 @@ def widened(P: DoubleArray, px: float) -> tuple[DoubleArray, DoubleArray]:
     P[cards, 17] = np.maximum(P[cards, 17], 0.35 * px)
     P[:, 33] += 0.5 * px
     return P, opacity
+
+
+TRUNK, LIMB, WING = 0, 1, 2
+
+
+def kinds_of(P: DoubleArray, sheets: BoolArray) -> LongArray:
+    """Tells what primitives (n,) belong to: a wing is before limbs and hairs, those before the trunk.
+
+    Args:
+        P: (n, 36) primitives.
+        sheets: (n,) those that let light through.
+    """
+    tubes = np.isin(P[:, 0], (BEZIER, CONE))
+    radius = np.where(P[:, 0] == CONE, P[:, 17:19].max(1), P[:, 25:27].max(1))
+    thin = (P[:, 0] == CARD) | (tubes & (radius < LIMB_RADIUS))
+    kinds = np.where(sheets, WING, np.where(thin, LIMB, TRUNK))
+    for least in (LIMB, WING):  # what has no trunk is its own
+        kinds[kinds == least] = TRUNK if not (kinds == TRUNK).any() else least
+    return kinds.astype(np.int64)

@@ -1,0 +1,169 @@
+"""Objects of a level as surfels of their own, in front of the surface that they stand on.
+
+Of a pixel that shows an object with coverage alpha, the ground is one surfel and the object another,
+so that nothing of mixed colour is at the depth of either.
+"""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from wzviewer.core.anchor import AnchoredView
+from wzviewer.core.constants import SURFEL_OPACITY, SURFEL_SIGMA_PX
+from wzviewer.core.lift import lift, lift_spanned
+from wzviewer.core.surfels import Surfels
+from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.worker.draft import Draft
+from wzviewer.worker.models.builtin.objects.parts import Part, solid
+from wzviewer.worker.models.builtin.views.layers import Layer
+from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
+
+OPAQUE = 0.97  # coverage by an object, from which on nothing is seen through it
+HIDES = 0.9  # coverage by an object, from which on what it hides is left as it is
+SHEER = 0.9  # opacity, below which a surfel is meant to be seen through
+HIDDEN_SIGMA_PX = 0.75  # not optimised: softer than the front, and closed
+CONTACT_PX = 0.25  # that an object is in front of its ground
+_ROOM_PX, _NOWHERE = 15, np.float32(-1e6)
+_REACH = 4  # pixels whose footprints reach into one
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """What a level's own camera sees.
+
+    Attributes:
+        surfels: the ground, and in front of it the objects' parts.
+        kept: (n,) those that are no one's to optimise: what is hidden, and what is seen through.
+    """
+
+    surfels: Surfels
+    kept: BoolArray
+
+
+def front_surfels(draft: Draft) -> Front:
+    """Lifts a draft; what an object hides of the ground or of itself is closed, as it is not optimised."""
+    image = draft.image if draft.ground is None else draft.ground
+    sets = [generate_surfels(image, draft.relief, draft.camera)]
+    sets += [_part_surfels(part, draft) for part in draft.parts]
+    covers = _covers(draft)
+    hidden = [_is_at(s, cover, draft) for s, cover in zip(sets, covers, strict=True)]
+    sets = [_closed(sets[0], hidden[0]), *sets[1:]]  # a body's own detail goes on under its hairs
+    kept = [h | (s.opacities < SHEER) for s, h in zip(sets, hidden, strict=True)]
+    return Front(Surfels.concatenate(sets), np.concatenate(kept))
+
+
+def _covers(draft: Draft) -> list[BoolArray]:
+    """Returns where (h, w) the ground, and then each part, is hidden by what comes after it."""
+    covers = [np.zeros(draft.relief.shape, bool)]
+    for part in reversed(draft.parts):
+        (x, y), (h, w) = part.offset_px, part.alpha.shape
+        cover = covers[0].copy()
+        cover[y : y + h, x : x + w] |= np.isfinite(part.relief) & (part.alpha >= HIDES)
+        covers.insert(0, cover)
+    return covers
+
+
+def _is_at(surfels: Surfels, places: BoolArray, draft: Draft) -> BoolArray:
+    """Tells which pixel-aligned surfels (n,) are of pixels marked (h, w)."""
+    if not places.any():
+        return np.zeros(len(surfels), bool)
+    pixels = AnchoredView.expand(draft.camera, draft.frame).project(surfels.means)
+    h, w = places.shape
+    column, row = np.floor(pixels).astype(np.int64).T
+    return places[np.clip(row, 0, h - 1), np.clip(column, 0, w - 1)]
+
+
+def _closed(surfels: Surfels, hidden: BoolArray) -> Surfels:
+    factor = np.where(hidden, np.float32(HIDDEN_SIGMA_PX / SURFEL_SIGMA_PX), np.float32(1))
+    return surfels.with_(scales=surfels.scales * factor[:, None])
+
+
+def flank_surfels(draft: Draft) -> list[Surfels]:
+    """Lifts what is hidden of the objects."""
+    return [
+        lift_spanned(f.corners, f.color, opacity_of(f.alpha), draft.camera, HIDDEN_SIGMA_PX)
+        for f in draft.flanks
+        if len(f.alpha)
+    ]
+
+
+def _part_surfels(part: Part, draft: Draft) -> Surfels:
+    return lift(
+        part.color,
+        part.relief,
+        draft.camera,
+        opacity=opacity_of(part.alpha),
+        offset_px=part.offset_px,
+    )
+
+
+def opacity_of(coverage: FloatArray) -> FloatArray:
+    """Returns the opacity of pixel-aligned surfels that together cover so much of a pixel."""
+    steps = np.arange(-_REACH, _REACH + 1)
+    x, y = np.meshgrid(steps, steps)
+    footprint = np.exp(-0.5 * (x * x + y * y) / SURFEL_SIGMA_PX**2).ravel()
+    opacity = np.linspace(0, SURFEL_OPACITY, 64)
+    covered = 1 - np.prod(1 - opacity[:, None] * footprint, axis=1)
+    covered[-1] = 1.0
+    return np.interp(coverage, covered, opacity).astype(np.float32)
+
+
+def settled(draft: Draft) -> Draft:
+    """Returns a draft whose objects are in front of its registered surface.
+
+    Where the surface was guessed, because coarser levels show the object there, it is what makes room.
+    """
+    relief, guessed = draft.relief, draft.extra.get("guessed")
+    if guessed is not None and draft.parts:
+        far = _farthest(draft)
+        window = np.ones((_ROOM_PX, _ROOM_PX), np.uint8)
+        room = cv2.dilate(far, window)
+        behind = np.fmax(relief, room + np.float32(CONTACT_PX))
+        relief = np.where(guessed & (far > _NOWHERE), behind, relief).astype(np.float32)
+    return replace(draft, relief=relief, parts=tuple(_in_front(part, relief) for part in draft.parts))
+
+
+def _farthest(draft: Draft) -> FloatArray:
+    """Returns how far objects reach (h, w), flanks too."""
+    far = np.full(draft.relief.shape, _NOWHERE, np.float32)
+    for part in draft.parts:
+        (x, y), (h, w) = part.offset_px, part.alpha.shape
+        np.fmax(far[y : y + h, x : x + w], part.relief, out=far[y : y + h, x : x + w])
+    for flank in draft.flanks:
+        column, row = np.floor(flank.corners[0, :, :2]).astype(np.int64).T
+        np.maximum.at(far, (row, column), flank.corners[0, :, 2].astype(np.float32))
+    return far
+
+
+def _in_front(part: Part, relief: FloatArray) -> Part:
+    (x, y), (h, w) = part.offset_px, part.alpha.shape
+    ground = relief[y : y + h, x : x + w]
+    limit = np.where(np.isfinite(ground), ground - np.float32(CONTACT_PX), np.float32(np.inf))
+    return replace(part, relief=np.minimum(part.relief, limit))
+
+
+def seen_relief(draft: Draft) -> FloatArray:
+    """Returns the relief (h, w) with the objects, where they cover half of a pixel."""
+    covered, nearest = solid(draft.parts, draft.relief.shape, 0.5)
+    return np.where(covered, nearest, draft.relief).astype(np.float32)
+
+
+def covering_relief(draft: Draft) -> FloatArray:
+    """Returns the relief (h, w) with the objects, where nothing is seen through them."""
+    covered, nearest = solid(draft.parts, draft.relief.shape, OPAQUE)
+    core = cv2.erode(covered.astype(np.uint8), np.ones((3, 3), np.uint8), borderValue=1) > 0
+    return np.where(core, nearest, draft.relief).astype(np.float32)
+
+
+def part_layers(draft: Draft, least: float) -> tuple[Layer, ...]:
+    """Returns the parts as layers for `warp_view`; what covers less is marked by a colour below zero."""
+    return tuple(
+        Layer(
+            np.where(part.alpha[..., None] >= least, part.color, np.float32(-9.0)),
+            np.nan_to_num(part.relief),
+            np.isfinite(part.relief) & (part.alpha >= 0.5 * (1 - least)),
+            part.offset_px,
+        )
+        for part in draft.parts
+    )
