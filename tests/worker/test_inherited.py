@@ -95,6 +95,17 @@ def test_what_is_just_behind_the_new_surface_is_that_surface(made, gap_px, is_ta
     assert (len(hidden_surfels(before, front)) > 0) is is_taken  # 3 px of the parent are 12 of the child
 
 
+@pytest.mark.parametrize(("steepness", "is_taken"), [(0.5, True), (3.0, False)])
+def test_behind_a_slope_a_coarse_surfel_would_stick_out(made, steepness, is_taken):
+    _, draft, _, _ = made
+    slope = steepness * (np.mgrid[:HEIGHT, :WIDTH][0] - HEIGHT).astype(np.float32)
+    before = replace(draft, relief=slope + np.float32(4.0 * BACK - 30.0))
+    front = np.full((HEIGHT // 4, WIDTH // 4), 4.0 * FRONT, np.float32)
+    low = hidden_surfels(before, front)  # the surfels in the lowest rows are 30 to 40 px behind it
+    row = AnchoredView.expand(draft.camera, draft.frame).project(low.means)[:, 1]
+    assert (row > HEIGHT - 6).any() is np.bool_(is_taken)
+
+
 def test_quaternions_turn_with_their_frame():
     rng = np.random.default_rng(0)
     for _ in range(20):

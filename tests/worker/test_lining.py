@@ -49,7 +49,7 @@ def test_it_is_behind_all_that_is_seen_near_it():
     relief = plane(3.0)
     layer = lining(np.zeros((H, W, 3), np.float32), relief, np.ones((H, W), bool))
     y, x = np.nonzero(layer.mask)
-    for down in (-2, 0, 3):
+    for down in (-3, 0, 4):
         near = relief[np.clip(2 * y + down, 0, H - 1), 2 * x]
         assert (layer.relief[y, x] > near).all()
 
@@ -59,8 +59,8 @@ def test_beside_an_edge_there_is_none():
     relief[:, W // 2 :] = 100
     layer = lining(np.zeros((H, W, 3), np.float32), relief, np.ones((H, W), bool))
     assert not layer.mask[:, W // 4 - 1 : W // 4 + 1].any()
-    assert layer.mask[:, : W // 4 - 2].all()
-    assert layer.mask[:, W // 4 + 2 :].all()
+    assert layer.mask[:, : W // 4 - 3].all()
+    assert layer.mask[:, W // 4 + 3 :].all()
 
 
 def test_where_nothing_is_behind_there_is_none():
@@ -80,7 +80,7 @@ def test_an_object_is_lined_too_but_for_its_outline_and_what_is_sheer():
     (layer,) = with_lining(replace(draft(plane()), layers=(), parts=(part,))).layers
     assert layer.offset_px == (8, 12)
     whole = np.repeat(np.repeat(layer.mask, 2, 0), 2, 1)
-    assert whole[:, 6:18].all()
+    assert whole[:, 8:16].all()
     assert not whole[:, :4].any()
     assert not whole[:, 20:].any()
     assert np.allclose(layer.image[layer.mask], 0.4)

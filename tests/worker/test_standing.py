@@ -9,12 +9,15 @@ from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.models.builtin.objects.parts import Flanks, Part
+from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.rasterize import LevelPart, render
 from wzviewer.worker.standing import (
     covering_relief,
     flank_surfels,
     front_surfels,
+    in_sight,
     opacity_of,
+    out_of_sight,
     part_layers,
     seen_relief,
     settled,
@@ -111,3 +114,38 @@ def test_what_is_hidden_or_sheer_is_not_optimised():
     kept = front_surfels(draft(0.5)).kept
     assert not kept[: H * W].any()
     assert kept[H * W :].all()
+
+
+def standing(height_px):
+    """A red square, 60 px wide, so high above a green ground."""
+    start = draft()
+    part = Part(
+        np.ones((40, 60, 3), np.float32),
+        np.ones((40, 60), np.float32),
+        np.full((40, 60), -height_px, np.float32),
+        (10, 10),
+    )
+    return replace(start, parts=(part,))
+
+
+def test_what_no_neighbour_sees_under_an_object_is_left_out():
+    low, high = standing(5.0), standing(40.0)
+    for made, share in ((low, 0.285), (high, 0.0)):
+        gone = out_of_sight(made, made.relief)
+        assert gone[10:50, 10:70].mean() == pytest.approx(share, abs=0.02)
+        assert not gone[:18].any()
+        left = len(front_surfels(made).surfels) - 2400
+        assert left == H * W - gone.sum()
+    assert not out_of_sight(replace(low, parts=()), low.relief).any()
+
+
+def test_a_layer_keeps_what_a_neighbour_may_see():
+    made = standing(5.0)
+    shape = (30, 40)
+    layer = Layer(
+        np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32), np.ones(shape, bool), (-4, 0), 2
+    )
+    gone = out_of_sight(made, made.relief)
+    kept = in_sight(layer, made).mask
+    assert kept.sum() == pytest.approx(layer.mask.sum() - gone.sum() / 4, abs=8)
+    assert kept[:, :3].all()  # beside the frame

@@ -17,7 +17,6 @@ from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 from wzviewer.worker.standing import flank_surfels, front_surfels, seen_relief
 
-LAYER_SIGMA_PX = 0.75  # hidden layers are not optimised: softer than the front, and closed
 PREVIEW_STRIDE = 2  # a preview has every second pixel each way: a quarter of the surfels
 
 
@@ -63,12 +62,12 @@ def _layer_surfels(layer: Layer, draft: Draft) -> Surfels:
     stride, camera = layer.stride, draft.camera
     if stride == 1:
         return lift(
-            layer.image, layer.relief, camera, None, layer.mask, LAYER_SIGMA_PX, offset_px=layer.offset_px
+            layer.image, layer.relief, camera, None, layer.mask, layer.sigma_px, offset_px=layer.offset_px
         )
     coarse = camera.resampled(camera.width // stride, camera.height // stride)
     x = np.float32(coarse.width / camera.width)
     offset = (layer.offset_px[0] // stride, layer.offset_px[1] // stride)
-    surfels = lift(layer.image, layer.relief * x, coarse, None, layer.mask, LAYER_SIGMA_PX, offset_px=offset)
+    surfels = lift(layer.image, layer.relief * x, coarse, None, layer.mask, layer.sigma_px, offset_px=offset)
     return surfels.with_(means=surfels.means / x, scales=surfels.scales / x)
 
 

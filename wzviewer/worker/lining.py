@@ -15,10 +15,11 @@ from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.models.builtin.objects.parts import Part
 from wzviewer.worker.models.builtin.views.layers import Layer
-from wzviewer.worker.standing import OPAQUE
+from wzviewer.worker.standing import OPAQUE, out_of_sight
 
 STRIDE = 2  # native px: its surfels lie where four pixels meet
-REACH_PX = 2  # of a footprint: it is behind all that is seen within
+SIGMA_PX = 0.6  # of its own pixels: little more than what it lines, or it would look out beside an edge
+REACH_PX = 3  # of a footprint: it is behind all that is seen within
 JUST_PX = 0.5  # native px behind that
 STEP_PX = 24.0  # native px of depth within reach: an edge, beside which it would look out
 _NOTHING = np.float32(1e6)  # native px behind a part, where it ends: an edge
@@ -28,7 +29,8 @@ _HIDDEN_PX = 6  # around a hidden surfel: it may be one of a coarser level
 def with_lining(draft: Draft) -> Draft:
     """Returns a draft with more layers, wherever its layers or hidden surfels lie behind its picture."""
     image = draft.image if draft.ground is None else draft.ground
-    ground = lining(image, draft.relief, _something_behind(draft) & ~draft.sky)
+    needed = _something_behind(draft) & ~draft.sky & ~out_of_sight(draft, draft.relief)
+    ground = lining(image, draft.relief, needed)
     made = [layer for layer in (ground, *map(_part_lining, draft.parts)) if layer.mask.any()]
     return replace(draft, layers=(*draft.layers, *made)) if made else draft
 
@@ -76,7 +78,7 @@ def lining(image: FloatArray, relief: FloatArray, needed: BoolArray) -> Layer:
     cells = _pooled(inside, h, w).all(axis=2)
     behind = _pooled(farthest, h, w).max(axis=2) + np.float32(JUST_PX)
     soft = cv2.resize(image[: h * STRIDE, : w * STRIDE], (w, h), interpolation=cv2.INTER_AREA)
-    return Layer(soft, np.asarray(behind, np.float32), np.asarray(cells), (0, 0), STRIDE)
+    return Layer(soft, np.asarray(behind, np.float32), np.asarray(cells), (0, 0), STRIDE, SIGMA_PX)
 
 
 def _pooled(picture: FloatArray | BoolArray, h: int, w: int) -> FloatArray | BoolArray:

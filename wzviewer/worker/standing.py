@@ -15,15 +15,18 @@ from wzviewer.core.lift import lift, lift_spanned
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.draft import Draft
-from wzviewer.worker.models.builtin.objects.parts import Part, solid
+from wzviewer.worker.models.builtin.objects.parts import Flanks, Part, solid
 from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.stages.stage3_surfel_generation import generate_surfels
 
 OPAQUE = 0.97  # coverage by an object, from which on nothing is seen through it
 HIDES = 0.9  # coverage by an object, from which on what it hides is left as it is
 SHEER = 0.9  # opacity, below which a surfel is meant to be seen through
+RIM_SIGMA_PX, RIM_STEP_PX = 0.45, 12.0  # of flanks at an outline: that far down to the next pixel
 HIDDEN_SIGMA_PX = 0.75  # not optimised: softer than the front, and closed
 CONTACT_PX = 0.25  # that an object is in front of its ground
+ASIDE_SLOPE, ASIDE_PX = 0.5, 8.0  # a camera 26 degrees aside sees so far past an outline, and a bit
+DEEP_PX = 128.0  # from an outline: farther in there are an object's flanks before all that is behind it
 _ROOM_PX, _NOWHERE = 15, np.float32(-1e6)
 _REACH = 4  # pixels whose footprints reach into one
 
@@ -44,7 +47,8 @@ class Front:
 def front_surfels(draft: Draft) -> Front:
     """Lifts a draft; what an object hides of the ground or of itself is closed, as it is not optimised."""
     image = draft.image if draft.ground is None else draft.ground
-    sets = [generate_surfels(image, draft.relief, draft.camera)]
+    shown = np.where(out_of_sight(draft, draft.relief), np.float32(np.nan), draft.relief)
+    sets = [generate_surfels(image, shown, draft.camera)]
     sets += [_part_surfels(part, draft) for part in draft.parts]
     covers = _covers(draft)
     hidden = [_is_at(s, cover, draft) for s, cover in zip(sets, covers, strict=True)]
@@ -80,12 +84,21 @@ def _closed(surfels: Surfels, hidden: BoolArray) -> Surfels:
 
 
 def flank_surfels(draft: Draft) -> list[Surfels]:
-    """Lifts what is hidden of the objects."""
-    return [
-        lift_spanned(f.corners, f.color, opacity_of(f.alpha), draft.camera, HIDDEN_SIGMA_PX)
-        for f in draft.flanks
-        if len(f.alpha)
-    ]
+    """Lifts what is hidden of the objects; smaller at outlines, beside which it would look out."""
+    if not draft.flanks:
+        return []
+    seen = seen_relief(draft)
+    rim = cv2.dilate(seen, np.ones((3, 3), np.uint8)) - seen > RIM_STEP_PX
+    return [_flank_surfels(flanks, rim, draft) for flanks in draft.flanks if len(flanks.alpha)]
+
+
+def _flank_surfels(flanks: Flanks, rim: BoolArray, draft: Draft) -> Surfels:
+    column, row = np.floor(flanks.corners[0, :, :2]).astype(np.int64).T
+    surfels = lift_spanned(
+        flanks.corners, flanks.color, opacity_of(flanks.alpha), draft.camera, HIDDEN_SIGMA_PX
+    )
+    factor = np.where(rim[row, column], np.float32(RIM_SIGMA_PX / HIDDEN_SIGMA_PX), np.float32(1))
+    return surfels.with_(scales=surfels.scales * factor[:, None])
 
 
 def _part_surfels(part: Part, draft: Draft) -> Surfels:
@@ -154,6 +167,37 @@ def covering_relief(draft: Draft) -> FloatArray:
     covered, nearest = solid(draft.parts, draft.relief.shape, OPAQUE)
     core = cv2.erode(covered.astype(np.uint8), np.ones((3, 3), np.uint8), borderValue=1) > 0
     return np.where(core, nearest, draft.relief).astype(np.float32)
+
+
+def out_of_sight(draft: Draft, relief: FloatArray) -> BoolArray:
+    """Tells which points (h, w) of something behind objects no neighbouring camera sees past them.
+
+    Args:
+        draft: with its objects.
+        relief: (h, w) native px, of what is behind.
+    """
+    front = covering_relief(draft)
+    covered = (front < draft.relief).astype(np.uint8)
+    if not covered.any():
+        return np.zeros(relief.shape, bool)
+    framed = cv2.copyMakeBorder(covered, 1, 1, 1, 1, cv2.BORDER_REPLICATE)  # an object goes on beyond it
+    inside = cv2.distanceTransform(framed, cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1]
+    reach = np.minimum(ASIDE_SLOPE * (relief - front) + ASIDE_PX, DEEP_PX)
+    return np.asarray((covered > 0) & (inside > reach))
+
+
+def in_sight(layer: Layer, draft: Draft) -> Layer:
+    """Returns a layer less what is `out_of_sight`."""
+    h, w = draft.relief.shape
+    rows, columns = (np.arange(n) * layer.stride + layer.stride // 2 for n in layer.mask.shape)
+    rows, columns = rows + layer.offset_px[1], columns + layer.offset_px[0]
+    here = np.ix_(*(np.flatnonzero((at >= 0) & (at < n)) for at, n in ((rows, h), (columns, w))))
+    relief = np.full((h, w), np.inf, np.float32)
+    at = np.ix_(rows[here[0].ravel()], columns[here[1].ravel()])
+    relief[at] = layer.relief[here]
+    mask = layer.mask.copy()
+    mask[here] &= ~out_of_sight(draft, relief)[at]
+    return replace(layer, mask=mask)
 
 
 def part_layers(draft: Draft, least: float) -> tuple[Layer, ...]:

@@ -15,7 +15,7 @@ from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.stages.stage2_depth_registration import register
 from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
 from wzviewer.worker.stages.stage5_optimization import ROOT_STEPS, STEPS, TargetView, optimize
-from wzviewer.worker.standing import OPAQUE, front_surfels, part_layers, settled
+from wzviewer.worker.standing import OPAQUE, front_surfels, in_sight, part_layers, settled
 
 Check = Callable[[], None]
 
@@ -62,6 +62,8 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
     check()
     extra = {**draft.extra, "neighbours": views.cameras}
     draft = settled(replace(draft, relief=views.relief, layers=views.layers, extra=extra))
+    if draft.parts:
+        draft = replace(draft, layers=tuple(in_sight(layer, draft) for layer in draft.layers))
     if draft.path:
         draft = replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
     return with_lining(draft)

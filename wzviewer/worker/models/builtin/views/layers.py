@@ -42,6 +42,7 @@ class Layer:
         offset_px: (x0, y0): layer pixel (row i, column j) covers image pixels from
             (y0 + i stride, x0 + j stride); negative outside the frame.
         stride: side of a layer pixel in native px.
+        sigma_px: standard deviation of its surfels, in its own pixels.
     """
 
     image: FloatArray
@@ -49,6 +50,7 @@ class Layer:
     mask: BoolArray
     offset_px: tuple[int, int]
     stride: int = 1
+    sigma_px: float = 0.75  # not optimised: softer than the front, and closed
 
 
 @dataclass(frozen=True)
