@@ -26,7 +26,7 @@ RIM_SIGMA_PX, RIM_STEP_PX = 0.45, 12.0  # of flanks at an outline: that far down
 HIDDEN_SIGMA_PX = 0.75  # not optimised: softer than the front, and closed
 CONTACT_PX = 0.25  # that an object is in front of its ground
 ASIDE_SLOPE, ASIDE_PX = 0.5, 8.0  # a camera 26 degrees aside sees so far past an outline, and a bit
-DEEP_PX = 128.0  # from an outline: farther in there are an object's flanks before all that is behind it
+DEEP_PX = 128.0  # from an outline: so far a camera sees into gaps of a body, whatever its flanks hide
 _ROOM_PX, _NOWHERE = 15, np.float32(-1e6)
 _REACH = 4  # pixels whose footprints reach into one
 
@@ -182,7 +182,9 @@ def out_of_sight(draft: Draft, relief: FloatArray) -> BoolArray:
         return np.zeros(relief.shape, bool)
     framed = cv2.copyMakeBorder(covered, 1, 1, 1, 1, cv2.BORDER_REPLICATE)  # an object goes on beyond it
     inside = cv2.distanceTransform(framed, cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1]
-    reach = np.minimum(ASIDE_SLOPE * (relief - front) + ASIDE_PX, DEEP_PX)
+    # A body keeps a view out that passes through it; a wing high above the ground does not.
+    air = np.maximum(relief - np.fmax(_farthest(draft), front), 0)
+    reach = np.minimum(ASIDE_SLOPE * (relief - front), DEEP_PX + ASIDE_SLOPE * air) + ASIDE_PX
     return np.asarray((covered > 0) & (inside > reach))
 
 

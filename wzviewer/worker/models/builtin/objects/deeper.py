@@ -68,8 +68,8 @@ def march_again(
     pulled = picture - first
 
     def paint_pulled(of: Layer) -> tuple[FloatArray, FloatArray]:
-        own, cover = paint(of)
-        return np.clip(own + pulled, 0, 1), cover
+        own, cover = paint(of)  # where it shows the ground, nothing is to be pulled to the object that hid it
+        return np.clip(own + pulled * np.maximum(cover, 1 - alpha)[..., None], 0, 1), cover
 
     under = np.clip(clean + pulled * (1 - alpha[..., None]), 0, 1)
     ground = np.where(alpha[..., None] > 0, ground, picture).astype(np.float32)
