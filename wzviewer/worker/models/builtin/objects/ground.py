@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import FloatArray
-from wzviewer.worker.models.builtin.objects import composite
+from wzviewer.worker.models.builtin.objects import composite, placement
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
 from wzviewer.worker.models.builtin.objects.render import Scene, ground_shadow
 from wzviewer.worker.models.builtin.objects.shading import Setting
@@ -44,7 +44,9 @@ class Ground:
     ) -> FloatArray:
         """Returns (h, w) what the picture keeps of its light beside a body of this coverage (h, w)."""
         lift_px = _bumps(self.own.relief, self.plane, self.width_px)
-        arrived = ground_shadow(scene, setting, lift_px, check, self.height)
+        slant = placement.from_above(scene.pose)
+        slant_px = None if slant is None else _plane_image(slant, (scene.height, scene.width))
+        arrived = ground_shadow(scene, setting, lift_px, check, self.height, slant_px)
         gain = composite.shadow_gain(arrived, setting.light, alpha)
         if self.aloft:
             gain = np.ones_like(gain)
