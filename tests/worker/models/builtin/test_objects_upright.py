@@ -72,6 +72,6 @@ def test_the_shadow_of_what_stands_is_seen_from_above():
     assert isinstance(raised, Plane)
     n = cat.camera_from_object[:, 2]
     own = -n[:2] / (n @ np.array([*cat.ray, 1.0]))
-    seen_from_deg = np.degrees(np.arctan(1 / np.hypot(*(own + (raised.slope_x, raised.slope_y)))))
+    seen_from_deg = np.degrees(np.arctan(1 / np.hypot(own[0] + raised.slope_x, own[1] + raised.slope_y)))
     assert seen_from_deg == pytest.approx(30.0, abs=0.1)
     assert from_above(beetle) is None

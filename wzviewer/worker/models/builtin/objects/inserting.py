@@ -120,12 +120,14 @@ def insert(
     if touch.hidden.any():
         layer, gain = without(layer, touch.hidden), stand.ground.behind_what_is_near(gain, stand.size)
     gain = through_clear(gain) if body.refractive else gain
-    studio, alpha = _painted(stand, scene, setting, layer, touch.depths, result.image, gain, seed)
+    harmony = composite.harmony_of(result.image, layer)
+    studio, alpha = _painted(stand, scene, setting, layer, touch.depths, result.image, gain, seed, harmony)
     bare = studio.under
     if result.ground is not None:
         bare = composite.shadowed(result.ground, gain, placed.light)
     parts, below, flanks = dismantled(studio, check) if apart else ((), studio.under, ())
-    bare, placed = bare + (below - studio.under), shifted(placed, touch.shift)
+    bare = bare + (below - studio.under)
+    placed = replace(shifted(placed, touch.shift), chroma=harmony.chroma)
     return merged(
         result, studio.picture, touch.relief, touch.mask, alpha, gain, placed, bare, (parts, flanks)
     )
@@ -185,13 +187,13 @@ def _painted(
     image: FloatArray,
     gain: FloatArray,
     seed: int,
+    harmony: composite.Harmony,
 ) -> tuple[Studio, FloatArray]:
     """Puts a body into a picture in its shadow; returns how that was done, and its coverage (h, w)."""
     body, water = stand.body, stand.placed.water
     finish = composite.Finish.of(image)
     if water is not None:
         finish = composite.Finish(_BLUR_IN_WATER_PX, finish.grain)
-    harmony = composite.harmony_of(image, layer)
     under = composite.shadowed(image, gain, stand.placed.light)
 
     def paint(of: Layer) -> tuple[FloatArray, FloatArray]:
