@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from wzviewer.worker.models.builtin.objects.composite import Harmony
 from wzviewer.worker.models.builtin.objects.lighting import (
     Light,
     light_from_photo,
@@ -70,3 +71,33 @@ def test_plane_normal_faces_the_camera_and_is_orthogonal_to_the_surface():
     along_x = np.array([1 + 0.5 * ray[0], 0.5 * ray[1], 0.5])
     assert steep.normal(ray) @ along_x == pytest.approx(0, abs=1e-12)
     assert steep.normal(ray) @ np.array([*ray, 1.0]) < 0
+
+
+def vivid(chroma, shape=(32, 48)):
+    """A picture of one luma whose chroma is all the same."""
+    image = np.full((*shape, 3), 0.4, np.float32)
+    image[..., 0] += chroma
+    return image
+
+
+def test_a_body_in_a_dull_picture_is_muted_and_keeps_its_luma():
+    """A robin in the dusk looked pasted: nothing around it was a fifth as vivid."""
+    body, alpha = vivid(0.5), np.ones((32, 48), np.float32)
+    dull, garden = (Harmony.of(body, alpha, vivid(c)) for c in (0.05, 0.5))
+    assert dull.chroma == pytest.approx(
+        0.6, abs=0.01
+    )  # half of what is beyond the picture's .05 and .05 more
+    assert garden.chroma == 1.0
+    gray = np.full((1, 3), 0.3, np.float32)
+    muted = Harmony(chroma=0.5)
+    assert muted(gray) == pytest.approx(gray, abs=1e-6)
+    red = muted(np.array([[0.8, 0.2, 0.2]], np.float32))[0]
+    assert np.ptp(red) == pytest.approx(0.3, abs=1e-6)
+    assert red @ (0.2126, 0.7152, 0.0722) == pytest.approx(0.32756, abs=1e-5)
+
+
+def test_a_light_is_never_straight_behind_the_viewer():
+    """Then a body's shadow is all under it."""
+    image = np.full((90, 136, 3), 0.4, np.float32)
+    direction = light_from_photo(image, (68, 45), 20.0).direction
+    assert abs(direction[0]) > 0.45  # measured 0.46; 0.26 before

@@ -7,7 +7,7 @@ from wzviewer.worker.models.builtin.objects.editor import ObjectEditor
 from wzviewer.worker.models.builtin.objects.footing import footing
 from wzviewer.worker.models.builtin.objects.grammar import NO_TINT
 from wzviewer.worker.models.builtin.objects.inserting import body_of
-from wzviewer.worker.models.builtin.objects.placement import Plane, Support, lift_onto, pose_on
+from wzviewer.worker.models.builtin.objects.placement import Plane, Support, from_above, lift_onto, pose_on
 
 SIZE = (240, 360)
 EDITOR = ObjectEditor()
@@ -61,3 +61,17 @@ def test_the_cat_in_the_picture_stands_on_the_floor():
     gap = (support.relief[y, x] - result.object_relief[y, x])[feet]
     assert y.max() > 145
     assert np.abs(np.median(gap)) < 15.0  # measured 10.4: 3.5 px of picture on a floor this flat
+
+
+def test_the_shadow_of_what_stands_is_seen_from_above():
+    """On ground seen from 16 degrees a robin's shadow was a streak two pixels high."""
+    rng, flat = np.random.default_rng(1), Support(np.zeros(SIZE, np.float32), 1024.0)
+    cat, _ = pose_on(body_of("cat", 1, NO_TINT), flat, (180.0, 120.0), 90.0, rng)
+    beetle, _ = pose_on(body_of("beetle", 1, NO_TINT), flat, (180.0, 120.0), 90.0, rng)
+    raised = from_above(cat)
+    assert isinstance(raised, Plane)
+    n = cat.camera_from_object[:, 2]
+    own = -n[:2] / (n @ np.array([*cat.ray, 1.0]))
+    seen_from_deg = np.degrees(np.arctan(1 / np.hypot(own[0] + raised.slope_x, own[1] + raised.slope_y)))
+    assert seen_from_deg == pytest.approx(30.0, abs=0.1)
+    assert from_above(beetle) is None

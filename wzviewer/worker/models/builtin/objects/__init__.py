@@ -26,13 +26,15 @@
         ▼
     shading      linear light: key, sky, bounce, coat     lighting   light read from the photograph
         ▼
+    ground       what the body leaves of the light on its support
+        ▼
     composite    shadow on the real support, sharpness and grain of the background
         ▼
     peeling      what the view hides: the trunk behind limbs and wings, flanks from rays beside the view
         │          parts    wings over limbs over trunk over the ground, each with its coverage
         ▼
     inserting    all of it for one object     weather, dew   what covers the whole picture
-        │                                     cutout   an image file goes in by the same door
+        │                                     cutout, cards   an image file goes in by the same door
     deeper       the same object again at a deeper level; dew draws its drops again
     placed       what is kept of it
 

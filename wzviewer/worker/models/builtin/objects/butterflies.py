@@ -121,10 +121,12 @@ def _butterfly(rng: np.random.Generator, coloring: Coloring) -> Body:
         WING,
         coloring.ground,
         coloring.margin,
-        rough=0.55,
+        rough=0.5,
         metal=coloring.metal,
         wrap=0.12,
         thin=0.6,
+        coat=0.4,
+        coat_rough=0.42,
         sheen=coloring.sheen,
         wavelength=0.0050,
         free=(coloring.vein, coloring.border, coloring.dots, coloring.paling),
@@ -185,7 +187,7 @@ def _wing(
     u, v = window.uv([(0.0, 0.0)])[0]
     half = length * window.half
     centre = np.array([side * root[0], root[1], root[2]]) - half * (u * outward + v * forward)
-    bend = (-0.42, -0.30, 0.16, 0.0)
+    bend = (-0.75, -0.55, 0.25, 0.0)
     drop = bend[0] * (half * u) ** 2 + bend[1] * (half * v) ** 2 + bend[2] * half * half * u * v
     centre = centre - drop * normal
     pen.card(

@@ -13,6 +13,8 @@ from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.lighting import Light, linear_from_srgb, srgb_from_linear
 from wzviewer.worker.models.builtin.objects.render import Layer
 
+_LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
+_MUTED = 0.5  # of the chroma that nothing else in the picture has
 _LEAST = 2.0 / 255  # a shadow weaker than this is none: the picture stays as it was
 
 
@@ -36,11 +38,12 @@ class Finish:
 
 @dataclass(frozen=True)
 class Harmony:
-    """What pulls a body's black and white points and its hue a little towards the picture's."""
+    """What pulls a body's black and white points, its hue and its chroma a little towards the picture's."""
 
     low: float = 0.0
     high: float = 1.0
     hue: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    chroma: float = 1.0
 
     @classmethod
     def of(cls, body: FloatArray, alpha: FloatArray, image: FloatArray) -> "Harmony":
@@ -54,12 +57,23 @@ class Harmony:
         low = 0.10 * max(float(black - own_black), 0.0)
         high = 1 - 0.18 * max(float(own_white - white), 0.0) / max(float(own_white), 1e-3)
         red, green, blue = (0.02 * (thumb.mean(0) - thumb.mean())).tolist()
-        return cls(low, high, (red, green, blue))
+        return cls(low, high, (red, green, blue), _kept_chroma(body[inside], thumb))
 
     def __call__(self, body: FloatArray) -> FloatArray:
         """Returns a body's colours (..., 3) in harmony."""
-        hue = np.asarray(self.hue, np.float32) * (1 - body)
-        return np.clip(self.low + body * (self.high - self.low) + hue, 0, 1).astype(np.float32)
+        gray = np.asarray(body @ _LUMA, np.float32)[..., None]
+        muted = gray + np.float32(self.chroma) * (body - gray)
+        hue = np.asarray(self.hue, np.float32) * (1 - muted)
+        return np.clip(self.low + muted * (self.high - self.low) + hue, 0, 1).astype(np.float32)
+
+
+def _kept_chroma(body: FloatArray, picture: FloatArray) -> float:
+    """Returns how much of the chroma of colours (n, 3) is kept beside a picture's (m, 3), sRGB.
+
+    What is as vivid as the most vivid there stays so: a red robin in the dusk looks pasted, in a garden not.
+    """
+    own, around = (float(np.percentile(np.ptp(c, axis=1), 97)) for c in (body, picture))
+    return round(1 - _MUTED * max(1 - (around + 0.05) / max(own, 1e-3), 0.0), 6)
 
 
 def shadow_gain(ground: FloatArray, light: Light, alpha: FloatArray) -> FloatArray:
@@ -123,19 +137,18 @@ def shadowed(image: FloatArray, gain: FloatArray, light: Light) -> FloatArray:
     A product alone turns saturated yellow into olive.
     """
     lin = linear_from_srgb(image)
-    weights = np.array([0.2126, 0.7152, 0.0722], np.float32)
     dark = lin * gain[..., None]
     around = lin[cv2.dilate((gain < 0.97).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0]
     if not len(around):
         return image
-    luma = around @ weights
+    luma = around @ _LUMA
     hue = (
         around[luma <= np.percentile(luma, 40)].mean(0)
         + 0.06 * light.ambient.astype(np.float32) * luma.mean()
     )
-    hue = hue / max(float(hue @ weights), 1e-4)
+    hue = hue / max(float(hue @ _LUMA), 1e-4)
     share = (0.35 * (1 - gain))[..., None]
-    mixed = dark + share * ((dark @ weights)[..., None] * hue - dark)
+    mixed = dark + share * ((dark @ _LUMA)[..., None] * hue - dark)
     return np.where(gain[..., None] < 1, srgb_from_linear(mixed), image).astype(np.float32)
 
 

@@ -56,7 +56,8 @@ def march_again(
     ground = clean if result.ground is None else _without_halo(result.ground, layer.alpha, reach_px)
     finish = composite.Finish(0.40, 0.5 * composite.Finish.of(result.image).grain)
     none = np.ones((h, w), np.float32)
-    harmony = composite.harmony_of(clean, layer)
+    # Its picture is mostly itself: what it was muted to is known from where it was put in.
+    harmony = replace(composite.harmony_of(clean, layer), chroma=placed.chroma)
 
     def paint(of: Layer) -> tuple[FloatArray, FloatArray]:
         if body.refractive:

@@ -1,17 +1,19 @@
 """Inserting one object into a picture: light, pose, march, shadow, composite, contact."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, FloatArray
-from wzviewer.worker.models.builtin.objects import composite, cutout, placement
+from wzviewer.worker.models.builtin.objects import composite, placement
 from wzviewer.worker.models.builtin.objects.bodies import Body, Tint
+from wzviewer.worker.models.builtin.objects.cards import insert_card
 from wzviewer.worker.models.builtin.objects.footing import footing
 from wzviewer.worker.models.builtin.objects.grammar import Request
+from wzviewer.worker.models.builtin.objects.ground import Ground, in_water, through_clear
 from wzviewer.worker.models.builtin.objects.lighting import (
     Environment,
     Light,
@@ -19,12 +21,12 @@ from wzviewer.worker.models.builtin.objects.lighting import (
     linear_from_srgb,
 )
 from wzviewer.worker.models.builtin.objects.nouns import BUILDERS, FLYING
-from wzviewer.worker.models.builtin.objects.parts import Depths, Pane, parts_of
+from wzviewer.worker.models.builtin.objects.parts import Depths
 from wzviewer.worker.models.builtin.objects.peeling import Studio, dismantled
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, held, merged, shifted
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
 from wzviewer.worker.models.builtin.objects.pose import Pose
-from wzviewer.worker.models.builtin.objects.render import Layer, Scene, ground_shadow, render
+from wzviewer.worker.models.builtin.objects.render import Layer, Scene, render
 from wzviewer.worker.models.builtin.objects.shading import Setting
 from wzviewer.worker.models.builtin.objects.substances import recast
 from wzviewer.worker.models.builtin.objects.surfaces import beyond, on_front
@@ -33,17 +35,58 @@ from wzviewer.worker.models.builtin.objects.words import ALOFT
 Check = Callable[[], object] | None
 _UPRIGHT_DEG = 60.0  # what is seen from the side stands, and has its own footing
 _HOVER = 0.40  # body lengths above its place
-_SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more
-_CLEAR_SHADOW = 0.8
 _VEIL = 0.45  # share of what is seen under water that is the water
 _THROUGH_WATER = np.array([0.62, 0.86, 0.94], np.float32)
-_SHADOW_IN_WATER, _BLUR_IN_WATER_PX = 0.35, 1.2
+_BLUR_IN_WATER_PX = 1.2
 
 
 @lru_cache(maxsize=6)
 def body_of(name: str, seed: int, tint: Tint) -> Body:
     """Returns a body, built once."""
     return recast((BUILDERS.get(name) or FLYING[name])(np.random.default_rng(seed), tint), tint)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stand:
+    """A body in its place, before any ray is shot.
+
+    Attributes:
+        body: what stands there.
+        placed: its pose, light and surroundings.
+        ground: what it stands on.
+        share: how far it is, the level's anchor being 1.
+        at: relief of its place, native px.
+    """
+
+    body: Body
+    placed: Placement
+    ground: Ground
+    share: float
+    at: float
+
+    @property
+    def size(self) -> float:
+        """Its length in the anchor's px."""
+        return self.share * self.placed.pose.size_px
+
+
+@dataclass(frozen=True, eq=False)
+class _Touch:
+    """A body in contact with its ground.
+
+    Attributes:
+        mask: (h, w) where it is in front.
+        relief: (h, w) its depth there.
+        hidden: (h, w) where something else is in front of it.
+        depths: from its marched relief to the level's.
+        shift: by how much it was moved along the rays, native px.
+    """
+
+    mask: BoolArray
+    relief: FloatArray
+    hidden: BoolArray
+    depths: Depths
+    shift: float
 
 
 def insert(
@@ -64,76 +107,105 @@ def insert(
     `cover` (h, w) is where the water is that holds it; if not `apart`, it is not taken apart.
     """
     if request.name == "image":
-        light = light or light_from_photo(result.image, centre, 0.5 * width_px)
-        return _insert_image(request, result, geometry, centre, width_px, seed, light)
+        return insert_card(request, result, geometry, centre, width_px, seed, light)
+    stand = _stand(request, result.image, geometry, centre, width_px, seed, light)
+    body, placed = stand.body, stand.placed
+    h, w = result.image.shape[:2]
+    scene, setting = Scene(body, placed.pose, w, h), setting_of(placed, body)
+    layer = drowned(render(scene, setting, check), placed.water)
+    layer = layer if cover is None else without(layer, cover < 0.5)
+    gain = stand.ground.gain(scene, setting, layer.alpha, check)
+    gain = gain if placed.water is None else in_water(gain, cover)
+    touch = _touching(stand, layer, result.object_relief)
+    if touch.hidden.any():
+        layer, gain = without(layer, touch.hidden), stand.ground.behind_what_is_near(gain, stand.size)
+    gain = through_clear(gain) if body.refractive else gain
+    harmony = composite.harmony_of(result.image, layer)
+    studio, alpha = _painted(stand, scene, setting, layer, touch.depths, result.image, gain, seed, harmony)
+    bare = studio.under
+    if result.ground is not None:
+        bare = composite.shadowed(result.ground, gain, placed.light)
+    parts, below, flanks = dismantled(studio, check) if apart else ((), studio.under, ())
+    bare = bare + (below - studio.under)
+    placed = replace(shifted(placed, touch.shift), chroma=harmony.chroma)
+    return merged(
+        result, studio.picture, touch.relief, touch.mask, alpha, gain, placed, bare, (parts, flanks)
+    )
+
+
+def _stand(
+    request: Request,
+    image: FloatArray,
+    geometry: Support,
+    centre: tuple[float, float],
+    width_px: float,
+    seed: int,
+    light: Light | None,
+) -> _Stand:
+    """Finds a body its place, its pose there and the light."""
     name = flight if request.hovers and (flight := f"{request.name} in flight") in FLYING else request.name
     body = body_of(name, seed, request.tint)
     height = _HOVER if request.hovers else 0.0
-    lies = body.tilt_deg[0] < _UPRIGHT_DEG and height == 0 and not request.submerged
+    rests = height == 0 and not request.submerged
+    lies = rests and body.tilt_deg[0] < _UPRIGHT_DEG
     if lies and request.count == 1 and not request.place:
         centre = on_front(geometry, centre, width_px)
-    behind_edge = beyond(geometry, centre, width_px) if lies else np.zeros_like(geometry.relief)
-    own = replace(geometry, relief=np.where(behind_edge > 0.5, np.float32(np.nan), geometry.relief))
-    light = light or light_from_photo(result.image, centre, 0.5 * width_px)
-    rng = np.random.default_rng([seed, 5])
-    pose, plane = _posed(body, own, centre, width_px, rng, stands=height == 0 and not request.submerged)
-    bounce = _surroundings(result.image, centre, width_px)
-    share, at = geometry.range_at(pose.position[2]), pose.position[2]
-    size = share * pose.size_px  # in native px, which are those of the anchor
+    past_edge = beyond(geometry, centre, width_px) if lies else np.zeros_like(geometry.relief)
+    own = replace(geometry, relief=np.where(past_edge > 0.5, np.float32(np.nan), geometry.relief))
+    light = light or light_from_photo(image, centre, 0.5 * width_px)
+    pose, plane = _posed(body, own, centre, width_px, np.random.default_rng([seed, 5]), stands=rests)
+    bounce = _surroundings(image, centre, width_px)
+    at = pose.position[2]
+    share = geometry.range_at(at)
     lift = placement.lift_onto(pose, plane.at_range(share))
-    pose = placement.hovering(pose, height)
     water = bounce if request.submerged else None
+    pose = placement.hovering(pose, height)
     placed = Placement(name, seed, request.tint, pose, lift, light, bounce, width_px, water)
-    h, w = result.image.shape[:2]
-    scene, setting = Scene(body, pose, w, h), setting_of(placed, body)
-    layer = drowned(render(scene, setting, check), water)
-    if cover is not None:
-        layer = without(layer, cover < 0.5)
-    ground = ground_shadow(scene, setting, _bumps(own.relief, plane, width_px), check, height)
-    gain = composite.shadow_gain(ground, light, layer.alpha)
-    if ALOFT & set(request.place):
-        gain = np.ones_like(gain)  # too high for a shadow
-    gain = gain + behind_edge * (1 - gain)  # a shadow of contact ends where its surface does
-    if geometry.sky is not None:
-        gain = np.where(geometry.sky, np.float32(1), gain)  # nothing darkens the sky
-    if water is not None:
-        gain = 1 - _SHADOW_IN_WATER * (1 - gain) * (1 if cover is None else cover)
+    aloft = bool(ALOFT & set(request.place))
+    return _Stand(body, placed, Ground(geometry, own, plane, past_edge, width_px, height, aloft), share, at)
+
+
+def _touching(stand: _Stand, layer: Layer, others: FloatArray) -> _Touch:
+    """Brings a rendered body into contact with the support and with other objects' relief (h, w)."""
+    ground, pose, share = stand.ground, stand.placed.pose, stand.share
     mask = held(layer.alpha, layer.relief)
-    depths = Depths(lift, at, share, np.zeros((h, w), np.float32))
+    depths = Depths(stand.placed.lift, stand.at, share, np.zeros(mask.shape, np.float32))
     relief = np.where(mask, depths.of_image(layer.relief), np.float32(np.nan))
-    behind = np.fmin(geometry.relief, result.object_relief)
-    hidden = placement.hidden_by(behind, relief, mask, size) & (height == 0)
-    relief, shift = placement.settle(relief, mask, behind, pose.size_px, floats=height > 0, share=share)
+    behind, floats = np.fmin(ground.seen.relief, others), ground.height > 0
+    hidden = placement.hidden_by(behind, relief, mask, stand.size) & (not floats)
+    relief, shift = placement.settle(relief, mask, behind, pose.size_px, floats=floats, share=share)
     depths = depths.in_contact(layer.relief, relief, pose.size_px / 24)
-    if hidden.any():
-        near = geometry.relief < plane_image(plane, (h, w)) - 0.4 * size
-        layer, mask, gain = without(layer, hidden), mask & ~hidden, np.where(near, np.float32(1), gain)
-    placed = shifted(placed, shift)
-    finish = composite.Finish.of(result.image)
+    return _Touch(mask & ~hidden, relief, hidden, depths, shift)
+
+
+def _painted(
+    stand: _Stand,
+    scene: Scene,
+    setting: Setting,
+    layer: Layer,
+    depths: Depths,
+    image: FloatArray,
+    gain: FloatArray,
+    seed: int,
+    harmony: composite.Harmony,
+) -> tuple[Studio, FloatArray]:
+    """Puts a body into a picture in its shadow; returns how that was done, and its coverage (h, w)."""
+    body, water = stand.body, stand.placed.water
+    finish = composite.Finish.of(image)
     if water is not None:
         finish = composite.Finish(_BLUR_IN_WATER_PX, finish.grain)
-    harmony = composite.harmony_of(result.image, layer)
-
-    # A clear body gathers light where an opaque one would cast its shadow.
-    gain = 1 - _CLEAR_SHADOW * (1 - gain) if body.refractive else gain
-    under = composite.shadowed(result.image, gain, light)
-    ground = under if result.ground is None else composite.shadowed(result.ground, gain, light)
+    under = composite.shadowed(image, gain, stand.placed.light)
 
     def paint(of: Layer) -> tuple[FloatArray, FloatArray]:
         if body.refractive:
-            to_light, clear = setting.to_light, body.clear
-            picture, alpha = composite.refract(result.image, of, under, finish, to_light, clear)
+            picture, alpha = composite.refract(image, of, under, finish, setting.to_light, body.clear)
         else:
             picture, alpha = composite.composite(under, of, finish, seed, harmony)
-        return (picture if water is None else composite.rippled(picture, result.image, alpha)), alpha
+        return (picture if water is None else composite.rippled(picture, image, alpha)), alpha
 
     picture, alpha = paint(layer)
     tone = toned(harmony, water)
-    studio = Studio(scene, setting, layer, picture, under, paint, tone, finish, depths)
-    parts, below, flanks = dismantled(studio, check) if apart else ((), under, ())
-    return merged(
-        result, picture, relief, mask, alpha, gain, placed, ground + (below - under), (parts, flanks)
-    )
+    return Studio(scene, setting, layer, picture, under, paint, tone, finish, depths), alpha
 
 
 def toned(
@@ -190,43 +262,6 @@ def without(layer: Layer, hidden: BoolArray) -> Layer:
     return replace(layer, color=layer.color * keep[..., None], relief=relief, **shares)
 
 
-def _insert_image(
-    request: Request,
-    result: EditResult,
-    geometry: Support,
-    centre: tuple[float, float],
-    width_px: float,
-    seed: int,
-    light: Light,
-) -> EditResult:
-    shape = (result.image.shape[0], result.image.shape[1])
-    rgba = request.pixels if request.pixels is not None else cutout.load_cutout(request.path)
-    layer, foot = cutout.card_layer(rgba, shape, centre, width_px, light.exposure)
-    plane = placement.fit_plane(geometry, *centre, 0.6 * width_px)
-    rows = np.nonzero((layer.alpha > 0.5).any(1))[0]
-    height = float(np.ptp(rows) + 1) if len(rows) else 1.0
-    ground = cutout.card_shadow(
-        layer.alpha, foot, (float(light.direction[0]), float(light.direction[1])), height
-    )
-    gain = composite.shadow_gain(ground, light, layer.alpha)
-    mask = (layer.alpha >= 0.5) & np.isfinite(layer.relief)
-    base = cutout.card_lift(plane, foot, centre[0])
-    relief, _ = placement.settle(
-        layer.relief + np.float32(base), mask, np.fmin(geometry.relief, result.object_relief), width_px
-    )
-    finish = composite.Finish(0.35, composite.Finish.of(result.image).grain)
-    under = composite.shadowed(result.image, gain, light)
-    ground = under if result.ground is None else composite.shadowed(result.ground, gain, light)
-    harmony = composite.harmony_of(result.image, layer)
-    picture, alpha = composite.composite(under, layer, finish, seed, harmony)
-    pose = Pose(np.eye(3), width_px, (*centre, base))
-    placed = Placement("image", seed, request.tint, pose, plane, light, (0.2, 0.2, 0.2), width_px)
-    flat = Depths(Plane(0.0, 0.0, base, 0.0, 0.0), 0.0, 1.0, np.zeros(shape, np.float32))
-    depths = flat.in_contact(layer.relief, relief, 1.0)
-    parts, _ = parts_of([Pane(picture, alpha, layer.relief)], under, depths)
-    return merged(result, picture, relief, mask, alpha, gain, placed, ground, (parts, ()))
-
-
 def _surroundings(
     image: FloatArray, centre: tuple[float, float], width_px: float
 ) -> tuple[float, float, float]:
@@ -251,22 +286,3 @@ def setting_of(placed: Placement, body: Body) -> Setting:
     return Setting(
         placed.light, key, eye / np.linalg.norm(eye), up, bounce, Environment(placed.light, bounce)
     )
-
-
-def plane_image(plane: Plane, shape: tuple[int, int]) -> FloatArray:
-    """Returns (h, w) the relief of a plane."""
-    y, x = np.mgrid[0 : shape[0], 0 : shape[1]]
-    return plane(x + 0.5, y + 0.5).astype(np.float32)
-
-
-def _bumps(relief: FloatArray, plane: Plane, width_px: float) -> FloatArray:
-    """Returns what the support differs from its plane by, where it still is the same surface.
-
-    A sliver of depth that sticks out is an error of the depth at an edge: it would be lit inside the shadow.
-    """
-    off = np.nan_to_num(relief - plane_image(plane, (relief.shape[0], relief.shape[1])))
-    k = max(int(_SLIVER * width_px), 1) | 1
-    without = cv2.morphologyEx(off, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k)))
-    off = np.where(without - off > _SPIKE * width_px, without, off)
-    soft = np.clip(off, -0.12 * width_px, 0.12 * width_px).astype(np.float32)
-    return np.asarray(cv2.GaussianBlur(soft, (0, 0), max(0.008 * width_px, 0.6)), np.float32)

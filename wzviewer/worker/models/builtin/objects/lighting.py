@@ -14,6 +14,7 @@ from wzviewer.core.types import ByteArray, DoubleArray, FloatArray
 
 MAP_WIDTH, MAP_HEIGHT = 48, 32
 _BLURS = (0.9, 2.2, 6.0)
+_ASIDE = 0.42
 
 
 def linear_from_srgb(image: FloatArray) -> FloatArray:
@@ -107,8 +108,8 @@ def _direction(luma: FloatArray) -> DoubleArray:
     basis = np.stack([u.ravel(), v.ravel(), np.ones(u.size)], 1)
     slope = np.linalg.lstsq(basis, soft.ravel().astype(np.float64), rcond=None)[0]
     x, up = np.clip(0.8 * slope[0], -0.8, 0.8), np.clip(0.55 - 0.4 * slope[1], 0.15, 0.9)
-    # A light straight behind the viewer flattens every form: keep it to one side.
-    x = x if abs(x) > 0.22 else np.copysign(0.22, x if x != 0 else -1.0)
+    # A light straight behind the viewer flattens every form and hides its shadow: keep it to one side.
+    x = x if abs(x) > _ASIDE else np.copysign(_ASIDE, x if x != 0 else -1.0)
     direction = np.array([x, -up, -0.62])
     return direction / np.linalg.norm(direction)
 

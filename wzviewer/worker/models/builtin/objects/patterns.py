@@ -125,6 +125,9 @@ def _wing(
     )
     ray = np.arctan2(b - P[i, 23], a - P[i, 22])
     gain(out, 1.0 + 0.10 * noise3(ray * 38.0, shade * 5.0, 2.5))
+    # Rubbed and missing scales, in patches of a few.
+    worn = 0.09 * fade(4.0 * lam, px) * noise3(a * 0.5 / lam, b * 0.5 / lam, 3.3)
+    gain(out, 1.0 + worn + 0.09 * fade(2.0 * lam, px) * noise3(a / lam, b / lam, 4.1))
     black = 1.0 - smoothstep(-soft, soft, min(vein - M[m, 17], inside - M[m, 18] * (0.7 + 0.6 * shade)) + w)
     tint(out, M, m, black)
     white = M[m, 19] * (1.0 - smoothstep(-soft, soft, dots + 0.7 * w))

@@ -30,6 +30,7 @@ class Placement:
         width_px: its picture's width there.
         water: (r, g, b) linear colour of the water that it is under; None in air.
         drops: of dew (name "dew"): (x, y, radius, flattening, turn) of each drop, px and radians.
+        chroma: how much of its chroma it kept in that picture.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Placement:
     width_px: float
     water: tuple[float, float, float] | None = None
     drops: tuple[tuple[float, ...], ...] = ()
+    chroma: float = 1.0
 
     def to_dict(self) -> dict[str, object]:
         """Returns a JSON-able form."""
@@ -65,6 +67,7 @@ class Placement:
             "bounce": list(self.bounce),
             "width_px": self.width_px,
             "water": self.water,
+            "chroma": self.chroma,
             "drops": [[round(v, 4) for v in drop] for drop in self.drops],
         }
 
@@ -87,6 +90,7 @@ class Placement:
             bounce=tuple(data["bounce"]),  # type: ignore[arg-type]
             width_px=float(data["width_px"]),  # type: ignore[arg-type]
             water=tuple(data["water"]) if data.get("water") else None,  # type: ignore[arg-type]
+            chroma=float(data.get("chroma", 1.0)),  # type: ignore[arg-type]
             drops=tuple(tuple(drop) for drop in data.get("drops", ())),  # type: ignore[attr-defined]
         )
 

@@ -207,6 +207,18 @@ def _own_slope(pose: Pose) -> DoubleArray:
     return np.asarray(n[:2] / (n @ np.array([pose.ray[0], pose.ray[1], 1.0])))
 
 
+def from_above(pose: Pose) -> Plane | None:
+    """Returns what to add to the relief of an upright body's own ground to see it from 30 degrees.
+
+    Its own is seen so flat that no shadow on it would show.  None if the body lies.
+    """
+    if not is_upright(pose):
+        return None
+    slope = _own_slope(pose)
+    slope *= 1 - _UPRIGHT / float(np.hypot(*slope))
+    return Plane(pose.position[0], pose.position[1], 0.0, float(slope[0]), float(slope[1]))
+
+
 def lift_onto(pose: Pose, plane: Plane) -> Plane:
     """Returns what to add to the marched relief so that the body's own ground becomes the fitted plane."""
     x, y, z = pose.position

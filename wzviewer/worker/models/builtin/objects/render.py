@@ -25,6 +25,7 @@ B = TypeVar("B")
 
 TILE = 8
 _BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
+_COARSE, _WIDE, _WIDE_SHARE = 8, 3.0, 1.0  # a soft shadow all round: px apart, farther, how much of it counts
 _ROTATED = np.array([[0.125, 0.625], [0.375, 0.125], [0.625, 0.875], [0.875, 0.375]])  # 4-rooks
 
 
@@ -134,11 +135,13 @@ class Scene:
         )
         return depth, hit, normal
 
-    def occlusion(self, points: DoubleArray, normals: DoubleArray, to_light: DoubleArray) -> DoubleArray:
-        """Returns (n, 2): shares of sky and key that reach object points."""
+    def occlusion(
+        self, points: DoubleArray, normals: DoubleArray, to_light: DoubleArray, wide: float = 1.0
+    ) -> DoubleArray:
+        """Returns (n, 2) shares of sky, out to `wide` times as far, and key that reach object points."""
         out = np.ones((len(points), 2))
         # Short enough for a contact shadow, longer by the pixel's ^.6 so that deep zooms keep theirs.
-        reach = 0.012 * min((self.px / 0.0022) ** 0.6, 2.0)
+        reach = wide * 0.012 * min((self.px / 0.0022) ** 0.6, 2.0)
         light = self.pose.camera_from_object.T @ to_light
         occlude(self.casters, self.body.outlines, points, normals, light, self.px, reach, out)
         return out
@@ -186,6 +189,7 @@ def ground_shadow(
     lift_px: FloatArray,
     check: Callable[[], object] | None = None,
     height: float = 0.0,
+    slant_px: FloatArray | None = None,
 ) -> FloatArray:
     """Returns (h, w, 2) float32: shares of sky and key that reach the support, at half resolution inside.
 
@@ -195,28 +199,48 @@ def ground_shadow(
         lift_px: (h, w) relief of the real support less that of the plane, native px, + = farther.
         check: called between bands.
         height: of the body above its ground, body lengths.
+        slant_px: (h, w) the same as `lift_px` of another plane that is the ground; None if the body's own is.
     """
-    h, w = -(-scene.height // 2), -(-scene.width // 2)
+    near = _arrived(scene, setting, 2, 1.0, lift_px, height, slant_px, check)
+    wide = _arrived(scene, setting, _COARSE, _WIDE, lift_px, height, slant_px, check)
+    near[..., 0] *= 1 - _WIDE_SHARE * (1 - wide[..., 0])
+    return near
+
+
+def _arrived(
+    scene: Scene,
+    setting: Setting,
+    stride: int,
+    wide: float,
+    lift_px: FloatArray,
+    height: float,
+    slant_px: FloatArray | None,
+    check: Callable[[], object] | None,
+) -> FloatArray:
+    """Returns `ground_shadow` (h, w, 2) from points `stride` px apart, whose sky ends `wide` times as far."""
+    h, w = -(-scene.height // stride), -(-scene.width // stride)
     rows, columns = np.meshgrid(np.arange(h), np.arange(w), indexing="ij")
-    at = np.stack([columns.ravel() * 2 + 1.0, rows.ravel() * 2 + 1.0], 1)
+    at = stride * np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], 1)
     corner, dx, dy, direction = scene.frame
     origin = corner + at[:, :1] * dx + at[:, 1:] * dy
-    lift = cv2.resize(lift_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None]
-    length = -(origin[:, 2:] + height) / direction[2] + np.clip(
-        lift / scene.pose.size_px * scene.pose.stretch, -0.15, 0.15
-    )
+    lengths_per_px = scene.pose.stretch / scene.pose.size_px
+    lift = cv2.resize(lift_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None] * lengths_per_px
+    length = -(origin[:, 2:] + height) / direction[2] + np.clip(lift, -0.15, 0.15)
+    if slant_px is not None:
+        slant = cv2.resize(slant_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None]
+        length += slant * lengths_per_px
     points = origin + length * direction
     normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
     near = np.linalg.norm(points[:, :2], axis=1) < 2.5
     out = np.ones((len(points), 2))
     index = np.flatnonzero(near)
     chunks = [index[k : k + _BAND] for k in range(0, len(index), _BAND)]
-    parts = _parallel(lambda c: scene.occlusion(points[c], normals[c], setting.to_light), chunks, check)
+    light = setting.to_light
+    parts = _parallel(lambda c: scene.occlusion(points[c], normals[c], light, wide), chunks, check)
     for chunk, part in zip(chunks, parts, strict=True):
         out[chunk] = part
-    return cv2.resize(
-        out.reshape(h, w, 2).astype(np.float32), (scene.width, scene.height), interpolation=cv2.INTER_LINEAR
-    )
+    size = (scene.width, scene.height)
+    return cv2.resize(out.reshape(h, w, 2).astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
 
 
 def _parallel(work: Callable[[A], B], items: list[A], check: Callable[[], object] | None) -> list[B]:

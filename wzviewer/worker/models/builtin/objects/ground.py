@@ -1,0 +1,91 @@
+"""What a body does to the light on what it stands on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from wzviewer.core.types import FloatArray
+from wzviewer.worker.models.builtin.objects import composite, placement
+from wzviewer.worker.models.builtin.objects.placement import Plane, Support
+from wzviewer.worker.models.builtin.objects.render import Scene, ground_shadow
+from wzviewer.worker.models.builtin.objects.shading import Setting
+
+_SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more
+_NEAR = 0.4  # of a body's length: what is nearer than its ground by more is something else
+_CLEAR_SHADOW, _SHADOW_IN_WATER = 0.8, 0.35
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The surface under a body.
+
+    Attributes:
+        seen: all that the view shows.
+        own: of it the surface that the body stands on.
+        plane: that surface's.
+        past_edge: (h, w) share of a pixel beyond its edge.
+        width_px: of the body.
+        height: of the body above it, body lengths.
+        aloft: whether it is too far below for a shadow.
+    """
+
+    seen: Support
+    own: Support
+    plane: Plane
+    past_edge: FloatArray
+    width_px: float
+    height: float
+    aloft: bool
+
+    def gain(
+        self, scene: Scene, setting: Setting, alpha: FloatArray, check: Callable[[], object] | None
+    ) -> FloatArray:
+        """Returns (h, w) what the picture keeps of its light beside a body of this coverage (h, w)."""
+        lift_px = _bumps(self.own.relief, self.plane, self.width_px)
+        slant = placement.from_above(scene.pose)
+        slant_px = None if slant is None else _plane_image(slant, (scene.height, scene.width))
+        arrived = ground_shadow(scene, setting, lift_px, check, self.height, slant_px)
+        gain = composite.shadow_gain(arrived, setting.light, alpha)
+        if self.aloft:
+            gain = np.ones_like(gain)
+        gain = gain + self.past_edge * (1 - gain)  # a shadow of contact ends where its surface does
+        if self.seen.sky is not None:
+            gain = np.where(self.seen.sky, np.float32(1), gain)  # nothing darkens the sky
+        return gain
+
+    def behind_what_is_near(self, gain: FloatArray, size: float) -> FloatArray:
+        """Returns a gain (h, w) without what clearly stands before a body of this length, native px."""
+        shape = (gain.shape[0], gain.shape[1])
+        near = self.seen.relief < _plane_image(self.plane, shape) - _NEAR * size
+        return np.where(near, np.float32(1), gain)
+
+
+def in_water(gain: FloatArray, cover: FloatArray | None) -> FloatArray:
+    """Returns the gain (h, w) of a body under water: weak, and only where the water (h, w) is."""
+    return np.asarray(1 - _SHADOW_IN_WATER * (1 - gain) * (1 if cover is None else cover), np.float32)
+
+
+def through_clear(gain: FloatArray) -> FloatArray:
+    """Returns the gain (h, w) of a clear body: it gathers light where an opaque one would cast its shadow."""
+    return 1 - _CLEAR_SHADOW * (1 - gain)
+
+
+def _plane_image(plane: Plane, shape: tuple[int, int]) -> FloatArray:
+    """Returns (h, w) the relief of a plane."""
+    y, x = np.mgrid[0 : shape[0], 0 : shape[1]]
+    return plane(x + 0.5, y + 0.5).astype(np.float32)
+
+
+def _bumps(relief: FloatArray, plane: Plane, width_px: float) -> FloatArray:
+    """Returns what the support differs from its plane by, where it still is the same surface.
+
+    A sliver of depth that sticks out is an error of the depth at an edge: it would be lit inside the shadow.
+    """
+    off = np.nan_to_num(relief - _plane_image(plane, (relief.shape[0], relief.shape[1])))
+    k = max(int(_SLIVER * width_px), 1) | 1
+    without = cv2.morphologyEx(off, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k)))
+    off = np.where(without - off > _SPIKE * width_px, without, off)
+    soft = np.clip(off, -0.12 * width_px, 0.12 * width_px).astype(np.float32)
+    return np.asarray(cv2.GaussianBlur(soft, (0, 0), max(0.008 * width_px, 0.6)), np.float32)
