@@ -214,6 +214,7 @@ def drop_wish(services: Services, state: AppState, command: cmd.DropWish) -> App
 def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
     """Takes over something that the worker reported."""
     if isinstance(event, ev.WorkerStarted):
+        services.words.keep(event.vocabulary)
         return with_vocabulary(replace(state, is_worker_ready=True), event.vocabulary)
     if isinstance(event, ev.WorkerLost):
         state = replace(state, is_worker_ready=False)

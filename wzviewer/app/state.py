@@ -238,7 +238,7 @@ class AppState:
         saved: (levels, their marks) when last saved.
         prompt: U_{i+1} as typed.
         refusal: why the last prompt was refused; goes when the prompt changes.
-        vocabulary: words that the worker understands; empty until it has said so.
+        vocabulary: words that the worker understands; of an earlier run, or none, until it says so.
         reading: how the prompt is understood so far.
         offer: which of the offers is marked.
         job: the running request.
