@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from wzviewer.app import commands as cmd
+from wzviewer.app import framing
 from wzviewer.app.documents import open_path, without_dialog
 from wzviewer.app.generation import ask_at, goal_here
 from wzviewer.app.listing import PHOTOS
@@ -23,12 +24,14 @@ def drop(services: Services, state: AppState, command: cmd.Drop) -> AppState:
     is_image = command.path.suffix.lower() in IMAGE_SUFFIXES and command.path.is_file()
     if not is_image or not len(state.scene):
         return open_path(services, state, cmd.Open(command.path))
+    if command.at_px is not None and state.region.camera is None and state.view.flight is None:
+        state = replace(state, region=framing.about(services, state, *command.at_px))
     return replace(state, panels=replace(state.panels, dialog="drop", dialog_path=str(command.path)))
 
 
 def settle_drop(services: Services, state: AppState, command: cmd.SettleDrop) -> AppState:
     """Carries out the answer: opens the picture, or makes a level with it in the middle."""
-    path = Path(state.panels.dialog_path)
+    path, region = Path(state.panels.dialog_path), replace(state.region, is_of_drop=False)
     state = without_dialog(state)
     if command.answer == "open":
         return open_path(services, state, cmd.Open(path))
@@ -36,5 +39,6 @@ def settle_drop(services: Services, state: AppState, command: cmd.SettleDrop) ->
         cutout = load_cutout(path)
     except WzError as error:
         return state.with_toast(error.line(), "error")
+    state = replace(state, region=region)
     goal = replace(goal_here(services, state), prompt=path.stem, cutout=cutout)
     return ask_at(services, state, goal)

@@ -184,7 +184,7 @@ class App:
         if width > 0 and height > 0:
             self.do(cmd.Resize(width, height))
         for path in pulse.dropped[-1:]:
-            self.do(cmd.Drop(path))
+            self.do(cmd.Drop(path, pulse.dropped_at_px))
         if pulse.wants_close:
             self.do(cmd.Close())
         self.state = refocus(self.services, self.state)
