@@ -9,6 +9,7 @@ from imgui_bundle import imgui
 from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
+from wzviewer.app.errands import AtOnce
 from wzviewer.app.state import empty_state
 from wzviewer.app.variants import CUTOUT, can_vary
 from wzviewer.core.files import save_scene
@@ -119,6 +120,33 @@ def test_beside_the_picture_it_goes_into_the_middle(services, cutout):
     asked = apply(services, state, [cmd.Drop(cutout, (5.0, 5.0))])
     assert asked.panels.dialog == "drop"
     assert asked.region.camera is None
+
+
+class Held(AtOnce):
+    """Work on files that ends when it is told to."""
+
+    is_held = True
+
+    def poll(self):
+        return None if self.is_held else super().poll()
+
+
+def test_no_frame_waits_for_a_dropped_picture_and_the_question_stands_while_another_file_is_busy(cutout):
+    services = fake_services(errands=Held())
+    state = close_up(services)
+    asked = apply(services, state, [cmd.Drop(cutout, (300.0, 200.0))])
+    state = apply(services, asked, [cmd.SettleDrop("insert")])
+    assert state.errand.line == "Reading robin.png"
+    assert state.panels.dialog == ""
+    assert state.region.camera is asked.region.camera  # the frame stays, to be seen
+    assert state.job is None
+    again = apply(services, state, [cmd.Drop(cutout), cmd.SettleDrop("insert")])
+    assert again.panels.dialog == "drop"
+    assert again.toasts[-1].text == "One moment: reading robin.png …"
+    services.errands.is_held = False
+    state = drain(services, state, 0.0)
+    assert state.job.goal.cutout is not None
+    assert state.region.camera is None
 
 
 def test_while_something_runs_it_waits(services, cutout):

@@ -5,13 +5,14 @@ from pathlib import Path
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import framing
-from wzviewer.app.documents import open_path, without_dialog
+from wzviewer.app.documents import open_path, run_errand, without_dialog
+from wzviewer.app.errands import Errand
 from wzviewer.app.generation import ask_at, goal_here
 from wzviewer.app.listing import PHOTOS
+from wzviewer.app.region import Region
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 from wzviewer.core.photos import load_cutout
-from wzviewer.errors import WzError
 
 IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".webp"})
 
@@ -32,13 +33,16 @@ def drop(services: Services, state: AppState, command: cmd.Drop) -> AppState:
 def settle_drop(services: Services, state: AppState, command: cmd.SettleDrop) -> AppState:
     """Carries out the answer: opens the picture, or makes a level with it in the middle."""
     path, region = Path(state.panels.dialog_path), replace(state.region, is_of_drop=False)
-    state = without_dialog(state)
     if command.answer == "open":
-        return open_path(services, state, cmd.Open(path))
-    try:
-        cutout = load_cutout(path)
-    except WzError as error:
-        return state.with_toast(error.line(), "error")
-    state = replace(state, region=region)
-    goal = replace(goal_here(services, state), prompt=path.stem, cutout=cutout)
-    return ask_at(services, state, goal)
+        return open_path(services, without_dialog(state), cmd.Open(path))
+    asked = replace(without_dialog(state), region=region)
+    goal = replace(goal_here(services, asked), prompt=path.stem)
+    errand = Errand(
+        f"Reading {path.name}",
+        lambda services, state, cutout: ask_at(
+            services, replace(state, region=region), replace(goal, cutout=cutout)
+        ),
+        lambda services, state, line: replace(state.with_toast(line, "error"), region=Region()),
+    )
+    # Another file is being read or written: the question stands until that has ended.
+    return run_errand(services, asked if state.errand is None else state, errand, lambda: load_cutout(path))

@@ -124,7 +124,7 @@ class App:
 
     def _open_first(self) -> None:
         """Opens what the app was started with; the question about a crash comes first."""
-        if self._path is None or self.state.panels.dialog == "recover":
+        if self._path is None or self.state.panels.dialog == "recover" or self.state.errand is not None:
             return
         path, self._path = self._path, None
         if not (self._had_leftover and self.state.has_document):  # else that was recovered
