@@ -1,15 +1,19 @@
 """The worker's words, kept between runs: refusals and offers while it still starts."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
-from tests.app.fakes import WORDS, fake_services, make_scene, state_with
+from tests.app.fakes import WORDS, checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
-from wzviewer.app.apply import apply
+from wzviewer.app.apply import apply, drain
 from wzviewer.app.generation import on_event
+from wzviewer.app.picking import world_point
 from wzviewer.app.prompting import with_vocabulary
+from wzviewer.app.state import empty_state
 from wzviewer.app.words import MAX_FILE_BYTES, MAX_WORD_CHARS, MAX_WORDS, WordFile, read_words
+from wzviewer.core.photos import encode_png
 from wzviewer.core.vocabulary import Vocabulary
 from wzviewer.worker import client as ev
 from wzviewer.worker.models.builtin.objects import grammar
@@ -90,6 +94,44 @@ def test_an_unknown_word_is_refused_before_the_worker_is_ready_and_its_answer_co
     assert state.reading.unknown == ()
     assert state.refusal == ""
     assert state.vocabulary.objects == ("dragon",)
+
+
+def test_words_typed_while_the_photo_is_read_are_checked_and_wait_for_it(tmp_path):
+    (tmp_path / "photo.png").write_bytes(encode_png(checker(640, 420)))
+    services = fake_services()
+    state = with_vocabulary(empty_state(640, 420), WORDS)
+    state = apply(services, state, [cmd.Open(tmp_path / "photo.png")])
+    assert len(state.scene) == 0
+    assert state.job.kind == "photo"
+    state = apply(services, state, [cmd.EditPrompt("a dragon"), cmd.Generate()])
+    assert state.refusal.startswith("“dragon” is not known.")
+    state = apply(services, state, [cmd.EditPrompt("a bird"), cmd.Generate(), cmd.Generate()])
+    assert [goal.prompt for goal in state.queue.goals] == ["a bird"]
+    assert state.prompt == ""
+    assert state.toasts[-1].text.startswith("One moment")  # of the second, that had no words
+    for _ in range(60):
+        state = drain(services, replace(state, now_s=state.now_s + 1 / 30), 0.0)
+    assert [level.prompt for level in state.scene] == ["", "a bird"]
+    point = world_point(state.scene, services.renderer, state.view.home, 320, 210, 1.0)
+    x, y, z = state.scene[1].camera.project(point)
+    assert z > 0
+    assert (x, y) == pytest.approx((state.scene[1].camera.width / 2, state.scene[1].camera.height / 2), abs=1)
+
+
+def test_a_photo_that_is_given_up_keeps_what_waits_until_it_is_asked_for_again(tmp_path):
+    (tmp_path / "photo.png").write_bytes(encode_png(checker(640, 420)))
+    services = fake_services()
+    state = apply(services, empty_state(640, 420), [cmd.Open(tmp_path / "photo.png")])
+    state = apply(services, state, [cmd.EditPrompt("a bird"), cmd.Generate(), cmd.CancelJob()])
+    for _ in range(5):
+        state = drain(services, state, 0.0)
+    assert state.job is None
+    assert len(state.queue.goals) == 1
+    assert not [t for t in state.toasts if t.kind == "error"]
+    state = apply(services, state, [cmd.Generate()])
+    for _ in range(60):
+        state = drain(services, replace(state, now_s=state.now_s + 1 / 30), 0.0)
+    assert [level.prompt for level in state.scene] == ["", "a bird"]
 
 
 def test_the_answer_is_kept(path):
