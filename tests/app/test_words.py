@@ -12,6 +12,7 @@ from wzviewer.app.generation import on_event
 from wzviewer.app.picking import world_point
 from wzviewer.app.prompting import with_vocabulary
 from wzviewer.app.state import empty_state
+from wzviewer.app.viewing import advance
 from wzviewer.app.words import MAX_FILE_BYTES, MAX_WORD_CHARS, MAX_WORDS, WordFile, read_words
 from wzviewer.core.photos import encode_png
 from wzviewer.core.vocabulary import Vocabulary
@@ -109,8 +110,8 @@ def test_words_typed_while_the_photo_is_read_are_checked_and_wait_for_it(tmp_pat
     assert [goal.prompt for goal in state.queue.goals] == ["a bird"]
     assert state.prompt == ""
     assert state.toasts[-1].text.startswith("One moment")  # of the second, that had no words
-    for _ in range(60):
-        state = drain(services, replace(state, now_s=state.now_s + 1 / 30), 0.0)
+    for _ in range(120):
+        state = drain(services, advance(replace(state, now_s=state.now_s + 1 / 30), 1 / 30), 0.0)
     assert [level.prompt for level in state.scene] == ["", "a bird"]
     point = world_point(state.scene, services.renderer, state.view.home, 320, 210, 1.0)
     x, y, z = state.scene[1].camera.project(point)
@@ -129,8 +130,8 @@ def test_a_photo_that_is_given_up_keeps_what_waits_until_it_is_asked_for_again(t
     assert len(state.queue.goals) == 1
     assert not [t for t in state.toasts if t.kind == "error"]
     state = apply(services, state, [cmd.Generate()])
-    for _ in range(60):
-        state = drain(services, replace(state, now_s=state.now_s + 1 / 30), 0.0)
+    for _ in range(120):
+        state = drain(services, advance(replace(state, now_s=state.now_s + 1 / 30), 1 / 30), 0.0)
     assert [level.prompt for level in state.scene] == ["", "a bird"]
 
 
