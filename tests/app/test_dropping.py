@@ -122,6 +122,26 @@ def test_beside_the_picture_it_goes_into_the_middle(services, cutout):
     assert asked.region.camera is None
 
 
+@pytest.mark.parametrize("kind", ["unsaved", "making", "recover"])
+def test_a_drop_answers_no_question(services, cutout, kind):
+    state = close_up(services)
+    state = replace(state, after=lambda s: s, panels=replace(state.panels, dialog=kind))
+    after = apply(services, state, [cmd.Drop(cutout, (300.0, 200.0))])
+    assert after.panels == state.panels
+    assert after.after is state.after
+    assert after.toasts[-1].text.endswith("then drop robin.png once more.")
+
+
+def test_a_second_drop_and_one_on_a_path_dialog_take_its_place(services, cutout, tmp_path):
+    state = apply(services, close_up(services), [cmd.AskOpen()])
+    assert state.panels.dialog == "open"
+    first = apply(services, state, [cmd.Drop(cutout, (300.0, 200.0))])
+    second = apply(services, first, [cmd.Drop(cutout, (100.0, 100.0))])
+    assert first.panels.dialog == second.panels.dialog == "drop"
+    assert first.region.camera.key != second.region.camera.key
+    assert second.panels.dialog_list is None
+
+
 class Held(AtOnce):
     """Work on files that ends when it is told to."""
 

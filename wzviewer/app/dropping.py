@@ -14,6 +14,7 @@ from wzviewer.app.services import Services
 from wzviewer.app.state import AppState
 from wzviewer.core.photos import load_cutout
 
+QUESTIONS = ("unsaved", "making", "recover")  # what a file that is dropped must not answer
 IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".webp"})
 
 
@@ -22,6 +23,9 @@ def drop(services: Services, state: AppState, command: cmd.Drop) -> AppState:
     if command.path.suffix.lower() not in PHOTOS and command.path.is_file():
         reason = f"{command.path.name} is neither a photo nor a scene of wzviewer."
         return state.with_toast(reason, "error")
+    if state.panels.dialog in QUESTIONS:
+        return state.with_toast(f"First the question, please: then drop {command.path.name} once more.")
+    state = without_dialog(replace(state, after=None))
     is_image = command.path.suffix.lower() in IMAGE_SUFFIXES and command.path.is_file()
     if not is_image or not len(state.scene):
         return open_path(services, state, cmd.Open(command.path))
