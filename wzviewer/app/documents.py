@@ -143,7 +143,7 @@ def _fresh(state: AppState, path: Path) -> AppState:
         film=state.film,
         recents=state.recents,
         log=state.log,
-        plan=state.plan,
+        plan=replace(state.plan, source="way", seconds=None) if state.plan.source == "keys" else state.plan,
     )
 
 
