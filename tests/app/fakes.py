@@ -253,8 +253,8 @@ class FakeDialogs:
         return answers
 
 
-def fake_services() -> Services:
-    return Services(FakeClient(), FakeRenderer(), FakeDialogs())
+def fake_services(**others: object) -> Services:
+    return Services(FakeClient(), FakeRenderer(), FakeDialogs(), **others)
 
 
 def state_with(scene: Scene, width: int = 640, height: int = 420) -> AppState:

@@ -9,6 +9,7 @@ from imgui_bundle import imgui
 from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
+from wzviewer.app.errands import AtOnce
 from wzviewer.app.state import empty_state
 from wzviewer.app.variants import CUTOUT, can_vary
 from wzviewer.core.files import save_scene
@@ -61,6 +62,111 @@ def test_putting_it_in_sends_it_to_the_worker_and_leaves_the_line_alone(services
     again = apply(services, state, [cmd.Another(1)])
     assert again.toasts[-1].text.startswith("A picture that was put in has no variants")
     assert not can_vary(state.scene, 1)
+
+
+@pytest.mark.parametrize("zoom", [1.0, 8.0, 40.0])
+@pytest.mark.parametrize("at", [(0.5, 0.5), (0.2, 0.7), (0.97, 0.03)])
+def test_it_is_put_where_it_was_dropped_in_a_frame_that_shows_nothing_but_the_photo(
+    services, cutout, zoom, at
+):
+    state = state_with(make_scene(1))
+    services.client.load(state.scene)
+    camera = state.view.home.zoomed_to_region(0.5, 0.5, zoom)
+    state = replace(state, view=replace(state.view, camera=camera))
+    place = (at[0] * camera.width, at[1] * camera.height)
+    point = camera.unproject(*place, 1.0)
+    asked = apply(services, state, [cmd.Drop(cutout, place)])
+    frame = asked.region.camera
+    assert asked.region.is_of_drop
+    x, y, _ = frame.project(point)
+    # The fake's surface has a dent, so that what is under the cursor is not quite at depth 1.
+    assert (x, y) == pytest.approx((frame.width / 2, frame.height / 2), abs=0.5)
+    corners = [frame.unproject(u, v, 1.0) for u in (0, frame.width) for v in (0, frame.height)]
+    seen = state.scene[0].camera.project(np.array(corners))
+    assert seen[:, :2].min() > -1
+    assert (seen[:, :2].max(0) < np.array(state.scene[0].image.shape[1::-1]) + 1).all()
+    state = apply(services, asked, [cmd.SettleDrop("insert")])
+    assert state.region.camera is None
+    assert state.job.goal.camera.key == frame.key  # near enough: it is not asked to come closer
+    assert state.view.flight is None or state.view.flight.end.key == frame.key
+    for _ in range(40):  # at 40x a level between comes first
+        state = drain(services, state, 0.0)
+    assert len(services.client.cutouts) == 1
+    assert state.scene[len(state.scene) - 1].prompt == "robin"
+
+
+def test_the_frame_of_a_drop_goes_with_the_question_and_one_that_was_drawn_stays(services, cutout):
+    state = close_up(services)
+    camera = state.view.camera
+    asked = apply(services, state, [cmd.Drop(cutout, (300.0, 200.0))])
+    assert asked.region.camera is not None
+    assert apply(services, asked, [cmd.Escape()]).region.camera is None
+    drawn = [cmd.ToggleRegion(), cmd.BeginDrag("orbit", 50, 60), cmd.DragTo(250, 260), cmd.EndDrag()]
+    state = apply(services, state, drawn)
+    frame = state.region.camera
+    assert frame is not None
+    asked = apply(services, state, [cmd.Drop(cutout, (300.0, 200.0))])
+    assert asked.region.camera is frame
+    assert apply(services, asked, [cmd.Escape()]).region.camera is frame
+    state = apply(services, asked, [cmd.SettleDrop("insert")])
+    assert state.job.goal.camera is frame
+    assert camera.key == asked.view.camera.key
+
+
+def test_beside_the_picture_it_goes_into_the_middle(services, cutout):
+    state = close_up(services)
+    far = state.view.home.zoomed(320, 210, 0.25)
+    state = replace(state, view=replace(state.view, camera=far))
+    asked = apply(services, state, [cmd.Drop(cutout, (5.0, 5.0))])
+    assert asked.panels.dialog == "drop"
+    assert asked.region.camera is None
+
+
+@pytest.mark.parametrize("kind", ["unsaved", "making", "recover"])
+def test_a_drop_answers_no_question(services, cutout, kind):
+    state = close_up(services)
+    state = replace(state, after=lambda s: s, panels=replace(state.panels, dialog=kind))
+    after = apply(services, state, [cmd.Drop(cutout, (300.0, 200.0))])
+    assert after.panels == state.panels
+    assert after.after is state.after
+    assert after.toasts[-1].text.endswith("then drop robin.png once more.")
+
+
+def test_a_second_drop_and_one_on_a_path_dialog_take_its_place(services, cutout, tmp_path):
+    state = apply(services, close_up(services), [cmd.AskOpen()])
+    assert state.panels.dialog == "open"
+    first = apply(services, state, [cmd.Drop(cutout, (300.0, 200.0))])
+    second = apply(services, first, [cmd.Drop(cutout, (100.0, 100.0))])
+    assert first.panels.dialog == second.panels.dialog == "drop"
+    assert first.region.camera.key != second.region.camera.key
+    assert second.panels.dialog_list is None
+
+
+class Held(AtOnce):
+    """Work on files that ends when it is told to."""
+
+    is_held = True
+
+    def poll(self):
+        return None if self.is_held else super().poll()
+
+
+def test_no_frame_waits_for_a_dropped_picture_and_the_question_stands_while_another_file_is_busy(cutout):
+    services = fake_services(errands=Held())
+    state = close_up(services)
+    asked = apply(services, state, [cmd.Drop(cutout, (300.0, 200.0))])
+    state = apply(services, asked, [cmd.SettleDrop("insert")])
+    assert state.errand.line == "Reading robin.png"
+    assert state.panels.dialog == ""
+    assert state.region.camera is asked.region.camera  # the frame stays, to be seen
+    assert state.job is None
+    again = apply(services, state, [cmd.Drop(cutout), cmd.SettleDrop("insert")])
+    assert again.panels.dialog == "drop"
+    assert again.toasts[-1].text == "One moment: reading robin.png …"
+    services.errands.is_held = False
+    state = drain(services, state, 0.0)
+    assert state.job.goal.cutout is not None
+    assert state.region.camera is None
 
 
 def test_while_something_runs_it_waits(services, cutout):

@@ -11,6 +11,7 @@ import pytest
 from tests.app.fakes import fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, tick
+from wzviewer.app.errands import AtOnce
 from wzviewer.app.journal import JournalFolder
 from wzviewer.app.recovery import ask_to_recover, keep
 from wzviewer.app.state import empty_state
@@ -117,6 +118,25 @@ def test_the_question_and_its_answers(tmp_path, journal, answer):
         assert len(list((tmp_path / "one").glob("*.level"))) == 3
     else:
         assert not state.has_document
+
+
+def test_no_frame_waits_for_what_is_recovered_and_nothing_readable_is_a_notice(tmp_path, journal):
+    class Held(AtOnce):
+        def poll(self):
+            return None
+
+    crashed(tmp_path, make_scene(2))
+    services = fake_services(journal=journal, errands=Held())
+    asked = ask_to_recover(services, empty_state(640, 420))
+    state = apply(services, asked, [cmd.SettleRecovery("recover")])
+    assert state.errand.line.startswith("Bringing back ")
+    assert not state.has_document
+    for path in journal.leftover().folder.glob("*.level"):
+        path.write_bytes(b"no level")
+    services = replace(services, errands=AtOnce())
+    state = apply(services, asked, [cmd.SettleRecovery("recover")])
+    assert not state.has_document
+    assert state.toasts[-1].text == "The levels could not be recovered: nothing in it can be read."
 
 
 def test_what_was_recovered_is_saved_where_it_came_from(tmp_path, journal):

@@ -9,7 +9,7 @@ from tests.app.fakes import WORDS, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
 from wzviewer.app.layout import arrange
-from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar, headline, is_first
+from wzviewer.app.panels.prompt import LONG_STEP_S, below_bar, headline, is_first, newest
 from wzviewer.app.prompting import with_vocabulary
 from wzviewer.app.state import Job, Panels, StageNote
 from wzviewer.worker.models.builtin.objects import grammar
@@ -102,3 +102,19 @@ def test_materials_say_that_the_words_are_still_to_come(screen):
         screen.frame(state)
     assert imgui.internal.find_window_by_name("materials").size.x > 100
     assert imgui.internal.find_window_by_name("materials").size.y > 30  # measured 35, and 20 when empty
+
+
+def test_a_line_that_is_too_long_loses_its_oldest_steps_and_keeps_the_newest_whole(screen):
+    line, found = "giving it depth 1.5 s · building it in 3D 3.3 s · filling in what is behind 5.1 s", {}
+
+    def draw(state, ui):
+        full = imgui.calc_text_size(line).x
+        found.update({share: newest(line, share * full) for share in (1.0, 0.9, 0.5, 0.1)})
+        return []
+
+    screen.frame(making(), draw)
+    assert found[1.0] == line
+    assert found[0.9] == "building it in 3D 3.3 s · filling in what is behind 5.1 s"
+    assert found[0.5] == "filling in what is behind 5.1 s"
+    assert found[0.1].startswith("f")
+    assert found[0.1].endswith("…")

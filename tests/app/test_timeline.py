@@ -57,6 +57,23 @@ def factors(state):
     return [round(key.camera.focal_px / home, 3) for key in state.timeline.path.keys]
 
 
+def test_the_next_film_is_the_timelines_while_its_keys_make_one(services):
+    state = apply(services, state_with(make_scene(2)), [cmd.AddKey()])
+    assert state.plan.source == "way"
+    near = replace(state.view, camera=state.view.camera.zoomed(300.0, 200.0, 4.0))
+    two = apply(services, replace(state, view=near), [cmd.AddKey()])
+    assert two.timeline.path.num_pieces == 1
+    assert two.plan.source == "keys"
+    chosen = replace(two, plan=replace(two.plan, source="orbit"))
+    assert apply(services, chosen, [cmd.ClearKeys()]).plan.source == "orbit"  # the user's choice
+    cleared = apply(services, two, [cmd.ClearKeys()])
+    assert cleared.plan.source == "way"
+    assert apply(services, cleared, [cmd.BringBackKeys()]).plan.source == "keys"
+    other = apply(services, two, [cmd.OpenDemo(), cmd.SettleUnsaved("discard")])
+    assert other.photo is not None
+    assert other.plan.source == "way"
+
+
 def test_views_become_keys_one_after_the_other(services, state):
     state = with_keys(services, state, 1.0, 8.0, 64.0)
     line = state.timeline

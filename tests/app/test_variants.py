@@ -14,6 +14,7 @@ from wzviewer.app.panels.variants import draw_variants
 from wzviewer.app.state import Goal
 from wzviewer.app.variants import SEED_STRIDE, group_of
 from wzviewer.core.files import load_scene, save_scene
+from wzviewer.core.marks import Mark
 
 
 @pytest.fixture
@@ -72,6 +73,22 @@ def test_a_variant_that_is_cancelled_gives_its_place_back(services, tmp_path):
     assert load_scene(tmp_path / "midway.wz").visible() == [0, 2]
     state = settle(services, apply(services, saved, [cmd.CancelJob()]))
     assert state.scene.visible() == [0, 2]
+
+
+@pytest.mark.parametrize("name", ["", "the red one"])
+def test_a_variant_in_the_making_is_nothing_to_save_until_it_is_finished(services, name):
+    state = with_variants(services, 2)
+    state.scene.set_mark(2, Mark("shown", name))
+    state = replace(state, saved=(state.num_finished, state.scene.marks))
+    state = apply(services, state, [cmd.Another()])
+    while state.job.instead_of is None:
+        state = drain(services, state, 0.0)
+    assert state.scene.mark(2).sight == "hidden"
+    assert not state.is_dirty
+    state.scene.set_mark(1, replace(state.scene.mark(1), name="the other"))  # this would be lost
+    assert state.is_dirty
+    state.scene.set_mark(1, Mark("hidden"))
+    assert settle(services, state).is_dirty
 
 
 def test_undo_of_another_brings_the_one_before_back(services):

@@ -11,7 +11,7 @@
       │                     │          ├─ trail        back and forward
       └─ requests ──────────┼──────────┼─ generation   E_0, E_{i+1}, cancel, the queue      lines 1, 10
                             │          ├─ varying      another seed, and which variant is seen
-                            │          ├─ prompting    known words, refusal;  auto  asks by itself
+                            │          ├─ prompting    known words, refusal;  words;  auto  asks by itself
                             │          ├─ documents    open, save, close;  dropping;  recovery  autosave
                             │          ├─ errands      files, read and written beside the frames;  listing
                             │          ├─ keeping      picture, command, film;  shooting  which

@@ -20,6 +20,7 @@ STEP_MIN = 2.0  # finer than its parent, or a level shows nothing new
 STEP_MAX = 12.0  # beyond it a level between gives the better picture
 EXTEND_SHARE = 0.12  # of the view beyond the picture's border, from which on the border is what is meant
 EXTEND_STEPS = (0.6, 1.5)  # an extension is about as fine as its parent
+CLOSER, MOST_CLOSER = 1.25, 9  # by how much, and how often, until a frame shows nothing but the photo
 SAME_SCALE = 0.7  # a level this close to the view's scale still counts as its parent
 
 
@@ -107,6 +108,27 @@ def closer(goal: Goal, plan: Plan) -> Goal:
     camera = goal.camera
     near = camera.zoomed(camera.width / 2, camera.height / 2, ZOOM_FACTOR / plan.step)
     return replace(goal, camera=near)
+
+
+def inside(scene: Scene, goal: Goal) -> Goal | None:
+    """Returns the goal, about its centre so close that it shows something new, and nothing but the photo.
+
+    None where the photo does not show its centre.
+    """
+    parents = [i for i in scene.visible() if _shows(scene[i], goal.focus)]
+    if not parents:
+        return None
+    frame = level_camera(scene, goal.camera)
+    steps = [step for i in parents if (step := _step(scene[i], frame, goal.focus)) > SAME_SCALE]
+    step, factor = min(steps, default=ZOOM_FACTOR), 1.0
+    if step < STEP_MIN:
+        factor = ZOOM_FACTOR / step
+    camera = goal.camera.zoomed(goal.camera.width / 2, goal.camera.height / 2, factor)
+    for _ in range(MOST_CLOSER):
+        if _shown(scene[0], _grid(camera, goal.focus)).all():
+            break
+        camera = camera.zoomed(camera.width / 2, camera.height / 2, CLOSER)
+    return replace(goal, camera=camera)
 
 
 def plan_variant(scene: Scene, like: int) -> Plan | None:

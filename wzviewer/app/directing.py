@@ -192,7 +192,7 @@ def bring_back_keys(services: Services, state: AppState, command: cmd.BringBackK
         return state
     line = replace(state.timeline, path=past[-1], past=past[:-1], selected=None, is_playing=False)
     line = replace(line, at_s=min(line.at_s, line.path.duration_s)).fitted()
-    return replace(state, timeline=line)
+    return _with_source(state, replace(state, timeline=line))
 
 
 def _way(state: AppState) -> KeyPath | None:
@@ -279,7 +279,15 @@ def save_camera_path(services: Services, state: AppState, command: cmd.SaveCamer
 
 def with_path(state: AppState, path: KeyPath, selected: int | None) -> AppState:
     """Returns the state with other keys."""
-    return replace(state, timeline=state.timeline.edited(path, selected))
+    return _with_source(state, replace(state, timeline=state.timeline.edited(path, selected)))
+
+
+def _with_source(before: AppState, after: AppState) -> AppState:
+    """The next film is the timeline's as soon as its keys make one, and no longer once they do not."""
+    had, has = (state.timeline.path.num_pieces > 0 for state in (before, after))
+    if had == has or not (has or after.plan.source == "keys"):
+        return after
+    return replace(after, plan=replace(after.plan, source="keys" if has else "way", seconds=None))
 
 
 def opened(state: AppState) -> AppState:

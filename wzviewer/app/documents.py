@@ -12,6 +12,7 @@ from wzviewer.app.folders import beginning, suggested
 from wzviewer.app.generation import cancel, reconstruct
 from wzviewer.app.history import restored
 from wzviewer.app.listing import Listing, listed, to_read
+from wzviewer.app.region import Region
 from wzviewer.app.reopening import note_document
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, DialogKind, Panels, View
@@ -142,7 +143,7 @@ def _fresh(state: AppState, path: Path) -> AppState:
         film=state.film,
         recents=state.recents,
         log=state.log,
-        plan=state.plan,
+        plan=replace(state.plan, source="way", seconds=None) if state.plan.source == "keys" else state.plan,
     )
 
 
@@ -304,4 +305,5 @@ def follow_making(state: AppState) -> AppState:
 def without_dialog(state: AppState) -> AppState:
     """Returns the state with the dialog closed."""
     panels = replace(state.panels, dialog="", dialog_path="", dialog_note="", dialog_list=None)
-    return replace(state, panels=panels)
+    region = Region() if state.region.is_of_drop else state.region
+    return replace(state, panels=panels, region=region)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from wzviewer.app import commands as cmd
 from wzviewer.app import viewing
-from wzviewer.app.aiming import closer, plan_level
+from wzviewer.app.aiming import closer, inside, plan_level
 from wzviewer.app.region import SMALLEST_PX, Region, drawn_frame, framed
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, Goal
@@ -50,6 +50,15 @@ def end_drag(services: Services, state: AppState, command: cmd.EndDrag) -> AppSt
     focus = viewing.point_at(services, state, *centre)
     panels = replace(state.panels, prompt_focus=cmd.FocusPrompt().frames)
     return replace(state, region=Region(camera=framed(camera, frame), focus=focus), panels=panels)
+
+
+def about(services: Services, state: AppState, x_px: float, y_px: float) -> Region:
+    """Returns the frame about a place on the picture, for what is dropped there; none beside the picture."""
+    camera = state.view.camera
+    focus = viewing.point_at(services, state, x_px, y_px)
+    goal = Goal(camera.zoomed_to_region(x_px / camera.width, y_px / camera.height, 1.0), "", focus)
+    near = inside(state.scene, goal)
+    return Region() if near is None else Region(camera=near.camera, focus=focus, is_of_drop=True)
 
 
 def aim(state: AppState) -> AppState:

@@ -27,16 +27,37 @@ from wzviewer.worker import client as ev
 
 def generate(services: Services, state: AppState, command: cmd.Generate) -> AppState:
     """Asks for new detail where the user looks; flies closer first where that is needed."""
-    if not len(state.scene):
-        if state.job is not None:
-            return state.with_toast("One moment: the photo is still being read. Esc cancels it.")
-        return reconstruct(services, state) if state.photo is not None else state
     refusal = refusal_of(state.prompt, state.reading)
     if refusal:  # at once, and not after a flight; what is typed to put it right must not reach the keys
         panels = replace(state.panels, prompt_focus=cmd.FocusPrompt().frames)
         return replace(state, refusal=refusal, panels=panels)
+    if not len(state.scene):
+        return _ask_early(services, state, command)
     state = replace(state, panels=replace(state.panels, materials=False))
     return ask_at(services, state, replace(goal_here(services, state), count=command.count))
+
+
+def _ask_early(services: Services, state: AppState, command: cmd.Generate) -> AppState:
+    """Asks before E_0 has a first preview: words wait for it; without words there is nothing to wait for."""
+    prompt, camera = state.prompt.strip(), state.view.camera
+    if state.photo is None:
+        return state
+    if state.job is None:
+        state = reconstruct(services, state)
+    elif not prompt:
+        return state.with_toast("One moment: the photo is still being read. Esc cancels it.")
+    if not prompt or state.job is None:
+        return state
+    return _wait(state, Goal(camera, prompt, state.view.focus, command.count, is_early=True))
+
+
+def _found(services: Services, state: AppState, goal: Goal) -> Goal:
+    """A goal that was asked for before there was a surface, with the point of it that it means."""
+    if not goal.is_early:
+        return goal
+    camera, depth = goal.camera, state.scene[0].anchor_depth
+    place = (camera.width / 2, camera.height / 2, depth)
+    return replace(goal, focus=world_point(state.scene, services.renderer, camera, *place), is_early=False)
 
 
 def ask_at(services: Services, state: AppState, goal: Goal) -> AppState:
@@ -142,9 +163,9 @@ def begin(services: Services, state: AppState, goal: Goal) -> AppState:
 
 def next_wish(services: Services, state: AppState, command: None = None) -> AppState:
     """Begins with what waits, once nothing runs; called every frame."""
-    if not state.queue.goals or is_busy(state) or state.next_path is not None:
+    if not state.queue.goals or is_busy(state) or state.next_path is not None or not len(state.scene):
         return state
-    goal, queue = state.queue.goals[0], state.queue.without(0)
+    goal, queue = _found(services, state, state.queue.goals[0]), state.queue.without(0)
     return begin(services, replace(state, queue=queue), goal)
 
 
@@ -214,6 +235,7 @@ def drop_wish(services: Services, state: AppState, command: cmd.DropWish) -> App
 def on_event(services: Services, state: AppState, event: ev.Event) -> AppState:
     """Takes over something that the worker reported."""
     if isinstance(event, ev.WorkerStarted):
+        services.words.keep(event.vocabulary)
         return with_vocabulary(replace(state, is_worker_ready=True), event.vocabulary)
     if isinstance(event, ev.WorkerLost):
         state = replace(state, is_worker_ready=False)

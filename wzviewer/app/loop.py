@@ -26,6 +26,7 @@ from wzviewer.app.panels.screen import draw_screen
 from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.timeline import foot_height
 from wzviewer.app.places import shows_photo
+from wzviewer.app.prompting import with_vocabulary
 from wzviewer.app.recents import NoRecents, RecentFolder, RecentStore
 from wzviewer.app.recovery import ask_to_recover
 from wzviewer.app.services import Client, SceneRenderer, Services
@@ -35,6 +36,7 @@ from wzviewer.app.theme import BODY_PT, PALETTES, restyle
 from wzviewer.app.thumbnails import Thumbnails
 from wzviewer.app.viewing import advance, refocus
 from wzviewer.app.window import GlfwWindow, OffscreenWindow, Pulse, Window
+from wzviewer.app.words import NoWords, WordFile, WordStore
 from wzviewer.core.photos import encode_png, fit_photo, load_photo, whole_file
 from wzviewer.core.types import ByteArray
 from wzviewer.errors import WzError
@@ -55,6 +57,7 @@ class App:
         store: where settings are kept; None keeps none.
         journal: where finished levels are kept until they are saved; None keeps none.
         recents: where the files opened lately are kept; None keeps none.
+        words: where the worker's vocabulary is kept; None keeps none.
         reopen: opens another window, of a size, once the graphics card has been reset; None ends then.
     """
 
@@ -66,6 +69,7 @@ class App:
         store: Store | None = None,
         journal: Journal | None = None,
         recents: RecentStore | None = None,
+        words: WordStore | None = None,
         *,
         reopen: Callable[[tuple[int, int]], Window] | None = None,
     ) -> None:
@@ -76,8 +80,9 @@ class App:
         renderer = renderer or SceneDrawing(window.context, rasterizer=settings.rasterizer)
         kept = (store, journal or NoJournal())
         services = Services(client, renderer, SystemDialogs(), *kept, recents=recents or NoRecents())
-        self.services = replace(services, errands=OnThread())
+        self.services = replace(services, errands=OnThread(), words=words or NoWords())
         self.state = replace(empty_state(*window.size_px), settings=settings)
+        self.state = with_vocabulary(self.state, self.services.words.load())
         if complaint:
             self.state = self.state.with_toast(complaint, "error")
         self.state = ask_to_recover(self.services, self.state)
@@ -119,7 +124,7 @@ class App:
 
     def _open_first(self) -> None:
         """Opens what the app was started with; the question about a crash comes first."""
-        if self._path is None or self.state.panels.dialog == "recover":
+        if self._path is None or self.state.panels.dialog == "recover" or self.state.errand is not None:
             return
         path, self._path = self._path, None
         if not (self._had_leftover and self.state.has_document):  # else that was recovered
@@ -136,6 +141,7 @@ class App:
         self.services.journal.close()
         self.services.filmer.close()
         self.services.recents.close()
+        self.services.words.close()
         self.services.log.detach()
         self._thumbnails.close()
         self.services.renderer.close()
@@ -178,7 +184,7 @@ class App:
         if width > 0 and height > 0:
             self.do(cmd.Resize(width, height))
         for path in pulse.dropped[-1:]:
-            self.do(cmd.Drop(path))
+            self.do(cmd.Drop(path, pulse.dropped_at_px))
         if pulse.wants_close:
             self.do(cmd.Close())
         self.state = refocus(self.services, self.state)
@@ -290,6 +296,7 @@ def run_app(
     kept: tuple[Any, ...] = ()
     if not headless:
         kept = (SettingsFile.of_user(), JournalFolder.of_user(), RecentFolder.of_user())
+        kept += (WordFile.of_user(synthesizer),)
     app = App(window, WorkerClient(synthesizer, yields=True), None, *kept, reopen=make)
     if not headless:
         app.services.log.attach()

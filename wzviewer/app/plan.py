@@ -1,6 +1,7 @@
-"""What is chosen in the Keep panel: a frozen record."""
+"""What is chosen in the Keep panel, and a film in the making: frozen records."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from wzviewer.commands.cameras import FPS, ORBIT_DEG
@@ -34,3 +35,27 @@ class KeepPlan:
     fps: float = FPS
     seconds: float | None = None
     orbit_deg: float = ORBIT_DEG
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film in the making.
+
+    Attributes:
+        path: of its file.
+        started_s: when it was asked for, s.
+        fraction: of its frames.
+        is_cancelling: whether the user asked to stop.
+        is_picture: whether it is one large picture.
+    """
+
+    path: Path
+    started_s: float
+    fraction: float = 0.0
+    is_cancelling: bool = False
+    is_picture: bool = False
+
+    @property
+    def kind(self) -> str:
+        """What it is, as notices say it."""
+        return "picture" if self.is_picture else "film"

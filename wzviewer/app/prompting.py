@@ -58,8 +58,10 @@ def with_prompt(state: AppState, text: str) -> AppState:
 
 def with_vocabulary(state: AppState, vocabulary: Vocabulary) -> AppState:
     """Returns the state once the worker has said which words it knows."""
-    reading = read_prompt(state.prompt, vocabulary)
-    return replace(state, vocabulary=vocabulary, reading=reading, offer=0)
+    reading, refusal = read_prompt(state.prompt, vocabulary), state.refusal
+    if refusal and refusal == refusal_of(state.prompt, state.reading):  # by words of before
+        refusal = refusal_of(state.prompt, reading)
+    return replace(state, vocabulary=vocabulary, reading=reading, refusal=refusal, offer=0)
 
 
 def refusal_of(prompt: str, reading: Reading) -> str:

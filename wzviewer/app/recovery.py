@@ -3,11 +3,14 @@
 from dataclasses import replace
 
 from wzviewer.app import commands as cmd
-from wzviewer.app.documents import with_scene
+from wzviewer.app.documents import run_errand, with_scene
+from wzviewer.app.errands import Errand
+from wzviewer.app.journal import Leftover
 from wzviewer.app.services import Services
 from wzviewer.app.state import AppState, View
 from wzviewer.app.wishes import Queue
 from wzviewer.core.camera import Camera
+from wzviewer.core.scene import Scene
 
 
 def keep(services: Services, state: AppState) -> None:
@@ -31,7 +34,7 @@ def ask_to_recover(services: Services, state: AppState) -> AppState:
 
 
 def settle_recovery(services: Services, state: AppState, command: cmd.SettleRecovery) -> AppState:
-    """Carries out the answer: opens the levels as a document that is not saved, or deletes them."""
+    """Carries out the answer: opens the levels as a document, or deletes them."""
     leftover = state.leftover
     state = replace(state, leftover=None, panels=replace(state.panels, dialog=""))
     if leftover is None:
@@ -39,10 +42,28 @@ def settle_recovery(services: Services, state: AppState, command: cmd.SettleReco
     if command.answer == "discard":
         services.journal.discard(leftover)
         return state
+    errand = Errand(
+        f"Bringing back {leftover.name or 'the scene'}",
+        lambda services, state, scene: _recovered(services, state, leftover, scene),
+        lambda services, state, why: state.with_toast(f"The levels could not be recovered: {why}.", "error"),
+    )
+    return run_errand(services, state, errand, lambda: _read(services, leftover))
+
+
+def _read(services: Services, leftover: Leftover) -> Scene:
+    """What can be read of it.
+
+    Raises:
+        OSError: when that is nothing.
+    """
     try:
-        scene = services.journal.recover(leftover)
-    except (OSError, ValueError) as error:
-        return state.with_toast(f"The levels could not be recovered: {error}.", "error")
+        return services.journal.recover(leftover)
+    except ValueError as error:
+        raise OSError(str(error)) from error
+
+
+def _recovered(services: Services, state: AppState, leftover: Leftover, scene: Scene) -> AppState:
+    """The document is what a crash left, from now on, and is not saved."""
     width, height = state.view.camera.width, state.view.camera.height
     view = View.at_home(Camera.initial(width, height), width, height)
     name = leftover.name or "recovered"

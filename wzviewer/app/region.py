@@ -20,6 +20,7 @@ class Region:
         end_px: where it is.
         camera: of the frame that was drawn, in the window's size; None for none.
         focus: (3,) world point at its centre.
+        is_of_drop: whether it is about the place where a picture was dropped, and goes with the question.
         aim: camera that Enter would fly to, where it would; None for none.
         aimed_for: what the aim was found for: (camera, revision of the scene, frame).
     """
@@ -29,6 +30,7 @@ class Region:
     end_px: Point | None = None
     camera: Camera | None = None
     focus: DoubleArray | None = None
+    is_of_drop: bool = False
     aim: Camera | None = None
     aimed_for: tuple[object, ...] = ()
 

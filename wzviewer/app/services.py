@@ -14,6 +14,7 @@ from wzviewer.app.logbook import Logbook
 from wzviewer.app.look import Look
 from wzviewer.app.recents import NoRecents, RecentStore
 from wzviewer.app.settings import NoStore, Store
+from wzviewer.app.words import NoWords, WordStore
 from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray
@@ -152,6 +153,7 @@ class Services:
     journal: Journal = field(default_factory=NoJournal)
     filmer: Filmer = field(default_factory=FilmProcess)
     recents: RecentStore = field(default_factory=NoRecents)
+    words: WordStore = field(default_factory=NoWords)
     log: Logbook = field(default_factory=Logbook)
     errands: Errands = field(default_factory=AtOnce)
     copy: Callable[[str], None] = imgui.set_clipboard_text

@@ -16,6 +16,7 @@ from wzviewer.app.journal import Leftover
 from wzviewer.app.listing import Listing
 from wzviewer.app.look import Look
 from wzviewer.app.overlays import LogView, PaletteView
+from wzviewer.app.plan import Film as Film
 from wzviewer.app.plan import KeepPlan
 from wzviewer.app.recents import Recents
 from wzviewer.app.region import Region
@@ -24,7 +25,7 @@ from wzviewer.app.timeline import Timeline
 from wzviewer.app.wishes import Goal as Goal
 from wzviewer.app.wishes import Queue
 from wzviewer.core.camera import Camera
-from wzviewer.core.marks import Mark
+from wzviewer.core.marks import UNMARKED, Mark
 from wzviewer.core.navigation import Flight, ZoomSpring, total_magnification
 from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray, DoubleArray
@@ -222,30 +223,6 @@ class Panels:
     prompt_focus: int = 0  # frames until the prompt line, which was asked for, has the cursor
 
 
-@dataclass(frozen=True)
-class Film:
-    """A film in the making.
-
-    Attributes:
-        path: of its file.
-        started_s: when it was asked for, s.
-        fraction: of its frames.
-        is_cancelling: whether the user asked to stop.
-        is_picture: whether it is one large picture.
-    """
-
-    path: Path
-    started_s: float
-    fraction: float = 0.0
-    is_cancelling: bool = False
-    is_picture: bool = False
-
-    @property
-    def kind(self) -> str:
-        """What it is, as notices say it."""
-        return "picture" if self.is_picture else "film"
-
-
 @dataclass(frozen=True, eq=False)
 class AppState:
     """Everything that the panels show and the commands change.
@@ -261,7 +238,7 @@ class AppState:
         saved: (levels, their marks) when last saved.
         prompt: U_{i+1} as typed.
         refusal: why the last prompt was refused; goes when the prompt changes.
-        vocabulary: words that the worker understands; empty until it has said so.
+        vocabulary: words that the worker understands; of an earlier run, or none, until it says so.
         reading: how the prompt is understood so far.
         offer: which of the offers is marked.
         job: the running request.
@@ -351,8 +328,15 @@ class AppState:
     @property
     def is_dirty(self) -> bool:
         """Whether closing would lose a finished level, a name, or a key of the timeline."""
-        is_other = self.saved != (self.num_finished, self.scene.marks) or self.timeline.is_changed
+        is_other = self.saved != (self.num_finished, self.lasting_marks) or self.timeline.is_changed
         return self.num_finished > 0 and is_other
+
+    @property
+    def lasting_marks(self) -> dict[int, Mark]:
+        """The marks of the scene; what stands back for a variant in the making counts as shown."""
+        index, marks = self.job.instead_of if self.job is not None else None, self.scene.marks
+        mark = replace(marks.pop(index), sight="shown") if index in marks else UNMARKED
+        return marks if index is None or mark == UNMARKED else {**marks, index: mark}
 
     @property
     def clock_s(self) -> float:

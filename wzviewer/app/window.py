@@ -38,12 +38,14 @@ class Pulse:
         dropped: files dropped on the window.
         wants_close: whether its close button was pressed.
         stalled_s: what the time since then was longer, s.
+        dropped_at_px: where on the window, framebuffer px; None where that is not known.
     """
 
     dt_s: float
     dropped: tuple[Path, ...] = ()
     wants_close: bool = False
     stalled_s: float = 0.0
+    dropped_at_px: tuple[float, float] | None = None
 
 
 class Window(Protocol):
@@ -128,6 +130,12 @@ def _reset_status_of(context: GlContext) -> Callable[[], int] | None:
     return prototype(ctypes.c_uint)(address) if address else None
 
 
+def _is_cursor_told(glfw: Any) -> bool:  # noqa: ANN401 - the module
+    """Whether glfw follows the cursor while a file is dragged: on Wayland it does not."""
+    platform = getattr(glfw, "get_platform", None)
+    return platform is None or platform() != getattr(glfw, "PLATFORM_WAYLAND", None)
+
+
 class OffscreenWindow:
     """No window at all: EGL, a texture, and imgui's input only as a test pushes it.
 
@@ -143,6 +151,7 @@ class OffscreenWindow:
         self.context = create_context("egl")
         self.scale, self._step_s, self.is_lost = scale, step_s, False
         self._dropped: tuple[Path, ...] = ()
+        self._dropped_at_px: tuple[float, float] | None = None
         self._size_px = size_px
         self._framebuffer = self.context.ctx.simple_framebuffer(size_px, 3)
         self._io = _new_imgui()
@@ -175,9 +184,10 @@ class OffscreenWindow:
         self._size_px = (width, height)
         self._framebuffer = self.context.ctx.simple_framebuffer(self._size_px, 3)
 
-    def drop(self, *paths: Path) -> None:
+    def drop(self, *paths: Path, at_px: tuple[float, float] | None = None) -> None:
         """Drops files on the window, as a hand would."""
         self._dropped += paths
+        self._dropped_at_px = at_px
 
     def begin(self, wait_s: float) -> Pulse:
         """Begins an imgui frame."""
@@ -186,7 +196,7 @@ class OffscreenWindow:
         imgui.backends.opengl3_new_frame()
         imgui.new_frame()
         dropped, self._dropped = self._dropped, ()
-        return Pulse(self._step_s, dropped)
+        return Pulse(self._step_s, dropped, dropped_at_px=self._dropped_at_px)
 
     def draw(self, paint: Callable[[Any], None]) -> None:
         """Lets ``paint(framebuffer)`` fill the framebuffer, then draws the panels over it."""
@@ -231,6 +241,7 @@ class GlfwWindow:
         self._screen = self.context.ctx.screen
         self._reset_status = _reset_status_of(self.context)
         self._dropped: list[Path] = []
+        self._dropped_at_px: tuple[float, float] | None = None
         self._io = _new_imgui()
         self.scale = self._imgui_scale()
         self.fonts = apply_theme(self.scale)
@@ -280,6 +291,10 @@ class GlfwWindow:
 
     def _on_drop(self, window: object, paths: list[str]) -> None:
         self._dropped += [Path(p) for p in paths]
+        (x, y), (width, height) = self._glfw.get_cursor_pos(self._window), self.size
+        is_told = _is_cursor_told(self._glfw) and 0 <= x < width and 0 <= y < height
+        ratio = (self.size_px[0] / max(width, 1), self.size_px[1] / max(height, 1))
+        self._dropped_at_px = (x * ratio[0], y * ratio[1]) if is_told else None
 
     def _on_key(self, window: object, place: int, scancode: int, action: int, held: int) -> None:
         """A frame may be long: Ctrl can be let go in the same one in which the key was pressed.
@@ -347,7 +362,7 @@ class GlfwWindow:
         wants_close = bool(self._glfw.window_should_close(self._window))
         self._glfw.set_window_should_close(self._window, False)  # the app decides: it may ask first
         dt_s = min(passed_s, LONGEST_STEP_S)
-        return Pulse(dt_s, dropped, wants_close, passed_s - dt_s)
+        return Pulse(dt_s, dropped, wants_close, passed_s - dt_s, self._dropped_at_px)
 
     def draw(self, paint: Callable[[Any], None]) -> None:
         """Lets ``paint(framebuffer)`` fill the framebuffer, then draws the panels over it."""

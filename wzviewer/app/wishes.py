@@ -19,6 +19,7 @@ class Goal:
         focus: (3,) world point at its centre.
         count: of variants that are wanted, this one included.
         like: index of the level that another of is wanted, with another seed; None for a new one.
+        is_early: whether it was asked for before there was a surface, so that its focus is to be found.
         cutout: (h, w, 4) uint8 sRGB and alpha, a picture that is put in; None for none.
     """
 
@@ -28,6 +29,7 @@ class Goal:
     count: int = 1
     like: int | None = None
     cutout: ByteArray | None = None
+    is_early: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,10 @@ class Open(Command):
 
 @dataclass(frozen=True)
 class Drop(Command):
-    """Take a file that was dropped on the window."""
+    """Take a file that was dropped on the window, at a place in framebuffer px where that is known."""
 
     path: Path
+    at_px: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -102,8 +102,9 @@ def _drop(state: AppState, ui: Ui) -> list[cmd.Command]:
     with face(ui.fonts.bold, theme.HEAD_PT):
         imgui.text_unformatted("What is this picture for?")
     name = elided(Path(state.panels.dialog_path).name, ui.pt(190))
-    where = "the frame you drew" if state.region.camera is not None else "the middle of the view"
-    text = f"{name} can become a new level: it is put into the picture, in {where}. Or open it by itself."
+    where = "in the frame you drew" if state.region.camera is not None else "in the middle of the view"
+    where = "where you dropped it" if state.region.is_of_drop else where
+    text = f"{name} can become a new level: it is put into the picture, {where}. Or open it by itself."
     wrapped(ui, text, ui.colors.muted)
     put, opened = cmd.SettleDrop("insert"), cmd.SettleDrop("open")
     return _buttons(ui, ("Cancel", cmd.Escape()), ("Open it", opened), ("Put it in", put))

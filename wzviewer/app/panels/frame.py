@@ -36,7 +36,8 @@ def draw_frame(state: AppState, ui: Ui) -> None:
     if region.camera is not None:
         found = seen_rect(state, region.camera)
         if found is not None:
-            _outline(ui, found, _factor(region.camera, camera), "   Enter makes it")
+            hint = "" if region.is_of_drop else "   Enter makes it"
+            _outline(ui, found, _factor(region.camera, camera), hint)
     is_current = bool(region.aimed_for) and region.aimed_for[0] is camera
     if region.aim is not None and is_current and (region.camera is not None or is_asking(state, ui)):
         found = seen_rect(state, region.aim)

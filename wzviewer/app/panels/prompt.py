@@ -59,6 +59,7 @@ OFFERS_PT, REFUSAL_PT, PROGRESS_PT, WAITING_PT, VARIANTS_PT, MATERIALS_PT = (
     240.0,
 )
 LAST_STAGE = 5  # of the paper
+SEPARATOR = " · "
 LONG_STEP_S = 8.0  # more than any step needs once everything is compiled
 
 
@@ -219,7 +220,10 @@ def _progress(state: AppState, ui: Ui, above: Rect) -> tuple[list[cmd.Command], 
             imgui.text_unformatted(elapsed)
             pressed = _cross(ui, left)
         draw_bar(ui, job.fraction, state.now_s, is_unknown=job.fraction <= 0.0)
-        small(ui, elided(below_bar(job, state.clock_s - since_s, is_first(state.scene, job)), room))
+        line = below_bar(job, state.clock_s - since_s, is_first(state.scene, job))
+        with face(ui.fonts.regular, theme.SMALL_PT):
+            line = newest(line, room)
+        small(ui, line)
         is_over = job.is_cancelling and not is_next(state)
         return [cmd.CancelJob()] if pressed and not is_over else [], imgui.get_window_height()
 
@@ -264,10 +268,17 @@ def below_bar(job: Job, seconds: float, may_compile: bool) -> str:
     return so_far(seconds, may_compile) if seconds > LONG_STEP_S else _past(job) or so_far(seconds)
 
 
+def newest(line: str, width: float) -> str:
+    """Returns as many of the last steps of a line as fit into a width in the current face."""
+    while SEPARATOR in line and imgui.calc_text_size(line).x > width:
+        line = line.partition(SEPARATOR)[2]
+    return elided(line, width)
+
+
 def so_far(seconds: float, may_compile: bool = True) -> str:
     """How long a step takes; a long one compiles, as it does once on every machine."""
     line, is_long = f"{max(seconds, 0.0):.1f} s in this step", seconds > LONG_STEP_S
-    return f"{line} · the first time it can take a minute or two" if is_long and may_compile else line
+    return f"{line}{SEPARATOR}the first time it can take a minute or two" if is_long and may_compile else line
 
 
 def is_first(scene: Scene, job: Job) -> bool:
@@ -279,7 +290,7 @@ def is_first(scene: Scene, job: Job) -> bool:
 def _past(job: Job) -> str:
     """The steps that are done, with their seconds."""
     parts = [f"{stage_text(a.name)} {b.start_s - a.start_s:.1f} s" for a, b in pairwise(job.stages)]
-    return " · ".join(parts[-3:])
+    return SEPARATOR.join(parts[-3:])
 
 
 def draw_bar(ui: Ui, fraction: float, now_s: float, is_unknown: bool) -> None:
