@@ -183,10 +183,9 @@ def test_tiles_are_normalized_and_seamless(name):
     assert tile.mean() == pytest.approx(0, abs=1e-3)
     assert tile.std() == pytest.approx(1, abs=1e-3)
     seam = np.abs(tile[:, 0] - tile[:, -1]).mean() + np.abs(tile[0] - tile[-1]).mean()
-    inside = np.median(np.abs(np.diff(tile, axis=1)).mean(0)) + np.median(
-        np.abs(np.diff(tile, axis=0)).mean(1)
-    )
-    assert seam < 2.0 * inside  # measured 0.7 to 1.6 (scales: rows end there)
+    steps = [np.abs(np.diff(tile, axis=axis)).mean(1 - axis) for axis in (0, 1)]
+    inside = sum(np.percentile(step, 90) for step in steps)  # the median of sparse tiles is nothing
+    assert seam < 1.3 * inside  # 0.5 to 1.1; cut off at 150 px 1.3 to 5.8, plaster alone 1.15
 
 
 def test_cellular_matches_brute_force():

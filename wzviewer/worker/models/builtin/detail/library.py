@@ -9,11 +9,11 @@ import platformdirs
 
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.detail.noise import normalized, periodic_blur
-from wzviewer.worker.models.builtin.detail.octaves import CLUMPED, OCTAVES, SPECTRA, evened
+from wzviewer.worker.models.builtin.detail.octaves import CLUMPED, OCTAVES, SPARSE, SPECTRA, evened
 from wzviewer.worker.models.builtin.detail.tiles import TILE_MAKERS
 
 TILE_PX = 768
-VERSION = 16  # raise it whenever a tile changes
+VERSION = 19  # raise it whenever a tile changes
 INT8_PER_DEVIATION = 36.0  # +-3.5 deviations fit
 
 
@@ -57,7 +57,7 @@ class TileLibrary:
 
 def evened_tile(name: str, tile: FloatArray) -> FloatArray:
     """Returns the tile with its octaves in the proportion that the material calls for, see `evened`."""
-    evenness = CLUMPED if name in SPECTRA else 1.0
+    evenness = 0.0 if name in SPARSE else CLUMPED if name in SPECTRA else 1.0
     return evened(tile, SPECTRA.get(name, OCTAVES), evenness=evenness, blur=periodic_blur)
 
 

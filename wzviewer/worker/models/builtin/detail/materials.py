@@ -9,8 +9,8 @@
          ripple ──► caustic ──► plankton                                     └──► atom ─────────────┐
     sand ──► rock ► stone ─┐                                                                        │
     plaster, paint ► grit ─┴► granite ► facet ─┐                                                    │
-    smooth ──► glaze ─┬► polish ──► alloy ─────┼──► lattice ──► orbital ◄───────────────────────────┘
-                metal ┘  brushed ────┘         │                   └──► nucleus ──► froth ──► orbital ..
+    smooth ──► glaze ──► polish ──► alloy ─────┼──► lattice ──► orbital ◄───────────────────────────┘
+    metal ──► cast, brushed ─────────┘         │                   └──► nucleus ──► froth ──► orbital ..
     sky, blur ► air ──► haze ► droplet ► frost ┘
 
 Eight levels of x8 lead from a leaf to its atoms and into them.
@@ -89,15 +89,16 @@ MATERIALS: dict[str, Material] = {
         _material("smooth", "smooth surface", "glaze", 0.35, 0.004, 0.004, 0),
         _material("glaze", "glazed surface", "polish", 0.5, 0.004, 0.015, 0),
         _material("polish", "polished surface", "alloy", 0.5, 0.004, 0.05, 0),
-        _material("metal", "metal", "polish", 0.35, 0.004, 0.004, 0, micro=0.014),
+        _material("metal", "metal", "cast", 0.35, 0.004, 0.004, 0, micro=0.014),
+        _material("cast", "cast metal", "alloy", 0.5, 0.006, 0.04, 0.1),
         _material("alloy", "grains of crystal", "lattice", 0.7, 0.008, 0.1, 0.3),
         _material("wet", "wet gloss", "tear", 0.35, 0.004, 0.004, 0),
         _material("tear", "film of water", "cornea", 0.35, 0.004, 0.008, 0),
         _material("cornea", "smooth tissue", "cytoplasm", 0.5, 0.004, 0.065, 0.2),
         _material("sky", "smooth sky", "air", 0.15, 0.002, 0.002, 0),
         _material("blur", "soft background", "air", 0.15, 0.002, 0.002, 0),
-        _material("air", "air", "haze", 0.15, 0.002, 0.009, 0),
-        _material("haze", "haze", "droplet", 0.5, 0.004, 0.032, 0),
+        _material("air", "air", "haze", 0.15, 0.002, 0.005, 0),
+        _material("haze", "haze", "droplet", 0.5, 0.004, 0.018, 0),
         _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.085, 0),
         _material("frost", "crystals of ice", "lattice", 0.7, 0.012, 0.12, 0.2),
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
@@ -121,7 +122,7 @@ MATERIALS: dict[str, Material] = {
         _material("plaster", "painted wall", "grit", 0.6, 0.006, 0.026, 0.1),
         _material("ripple", "water", "caustic", 0.8, 0.008, 0.014, 0.3),
         _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.075, 0.2),
-        _material("plankton", "what lives in water", "cytoplasm", 0.8, 0.012, 0.14, 0.6),
+        _material("plankton", "what lives in water", "cytoplasm", 0.8, 0.012, 0.1, 0.6),
         _material("fibril", "strands of a fibre", "molecule", 0.9, 0.012, DEEP, 1.0, 26.0),
         _material("membrane", "folded membranes", "molecule", 0.9, 0.012, DEEP, 1.2, 26.0, "molecule"),
         _material("cytoplasm", "inside of a cell", "membrane", 0.9, 0.012, DEEP, 1.2, 26.0),

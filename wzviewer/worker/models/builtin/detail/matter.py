@@ -252,18 +252,16 @@ def air(n: int, rng: np.random.Generator) -> FloatArray:
 
 
 def haze(n: int, rng: np.random.Generator) -> FloatArray:
-    """Motes adrift in soft light: of all sizes, out of focus and in, in swarms, and little between."""
-    swarms = fractal(n, 1.8, rng, lowest=4)
-    total = 0.12 * fractal(n, 1.3, rng, lowest=n / 32)
+    """Droplets adrift in soft light: of all sizes, out of focus and in, few and in swarms."""
+    swarms = np.clip(0.4 + 0.7 * fractal(n, 1.8, rng, lowest=4), 0.05, 1.6)
+    ground = np.zeros((n, n), np.float32)
 
-    def mote(u: FloatArray, v: FloatArray) -> tuple[Any, Any]:
-        size = rng.uniform(0.7, 1.9) if rng.random() < 0.6 else rng.uniform(2.0, 6.5)
-        disc = np.clip((size - np.hypot(u, v)) / (0.3 + rng.uniform(0.3, 0.9) * size) + 0.4, 0, 1)
-        disc = disc * disc * (3 - 2 * disc)
-        return rng.uniform(0.6, 2.0) / size**0.4 * disc, 0.7 * disc
+    def drop(u: FloatArray, v: FloatArray) -> tuple[Any, Any]:
+        size, blur = 0.7 + 3.5 * rng.random() ** 3, rng.uniform(0.3, 1.2)
+        disc = np.clip((size - np.hypot(u, v)) / (0.3 + blur * size) + 0.4, 0, 1)
+        return rng.uniform(0.7, 1.7) / (0.5 + blur), 0.8 * disc * disc * (3 - 2 * disc)
 
-    motes = stamped(total.astype(np.float32), n * n // 210, 10, mote, rng)
-    return normalized(total + (motes - total) * np.clip(0.5 + 0.6 * swarms, 0.05, 1.5))
+    return normalized(stamped(ground, n * n // 420, 8, drop, rng) * swarms)
 
 
 MATTER_MAKERS: dict[str, Callable[[int, np.random.Generator], FloatArray]] = {

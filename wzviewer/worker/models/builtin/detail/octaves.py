@@ -16,15 +16,17 @@ FORMS = (0.42, 0.52, 0.74)
 """For what is invented wholly: forms rather than grain."""
 CLUMPED = 0.5
 """Their evenness: here crowded, there calm, as nothing in nature is spread evenly."""
+SPARSE = frozenset({"haze", "plankton"})
+"""Few things and nothing between: evened, the nothing would be as loud as they are."""
 BREATH = (0.03, 0.15, 0.98)
 """For what has no outline."""
 SPECTRA = {
     **dict.fromkeys(("tissue", "cell", "cornea", "granule", "cytoplasm"), FORMS),
     **dict.fromkeys(("membrane", "molecule", "atom"), FORMS),
-    **dict.fromkeys(("orbital", "nucleus", "froth", "lattice", "facet", "alloy", "granite"), FORMS),
+    **dict.fromkeys(("orbital", "nucleus", "froth", "lattice", "facet", "alloy", "granite", "cast"), FORMS),
     **dict.fromkeys(("droplet", "frost", "plankton", "caustic", "grit"), FORMS),
     "air": BREATH,
-    "haze": (0.2, 0.4, 0.9),
+    "haze": (0.3, 0.5, 0.8),
 }
 
 

@@ -82,7 +82,8 @@ def _missed(detail: FloatArray, observation: FloatArray, forms: FloatArray) -> F
     seen = area_down(detail, width, height)
     seen -= blurred(seen, MISSED_PX)
     seen += forms * np.float32(MISSED_RMS)
-    excess = MISSED_RMS / max(float(np.sqrt(np.mean(seen * seen))), MISSED_RMS)
+    most = MISSED_RMS * max(1.0, float(np.sqrt(np.mean(forms * forms))))
+    excess = most / max(float(np.sqrt(np.mean(seen * seen))), most)
     return enlarged(seen * np.float32(excess), detail.shape[1], detail.shape[0])
 
 

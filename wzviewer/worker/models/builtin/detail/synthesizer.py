@@ -21,6 +21,7 @@ from wzviewer.worker.models.builtin.detail.consistency import (
     consistency_db,
     projected,
 )
+from wzviewer.worker.models.builtin.detail.contours import CUT, supposed, with_steeper
 from wzviewer.worker.models.builtin.detail.crisp import BaseUpscaler, NetworkBase
 from wzviewer.worker.models.builtin.detail.describe import Context, cropped_labels, described, inherited
 from wzviewer.worker.models.builtin.detail.flow import GRAINS
@@ -260,19 +261,21 @@ class DetailSynthesizer:
 
     def _made(self, job: _Job) -> tuple[FloatArray, FloatArray, ByteArray]:
         """Returns image and relief in grey levels, and labels, at the job's size but not yet projected."""
-        base = self._base(job.observation, job.doublings, job.level)
+        seen, is_deep = job.observation, job.level > 1
+        known = supposed(seen, job.labels, job.names) if is_deep else seen
+        base = self._base(known, job.doublings, job.level)
         job.check()
         place = layout(job.labels, base)
-        seen = job.observation
-        texture = painted_texture(
-            place, job.names, seen, self._library, job.seeds, job.stride, is_deep=job.level > 1
-        )
+        cut = np.array([name in CUT for name in job.names], np.float32)
+        if not is_deep and cut[list(place.shares)].any():
+            base = with_steeper(base, seen, _spread(place, cut))
+        texture = painted_texture(place, job.names, seen, self._library, job.seeds, job.stride, is_deep)
         job.check()
         base = roughened(base, texture, _roughness(job, place))
         coarse = shrunk(place, seen.shape[1], seen.shape[0])
         forms = self._forms(job, coarse)
         detail = texture * self._sigma(job, place, coarse, forms)
-        if job.level > 1:
+        if is_deep:
             detail = multiplied(detail, luma(base))
         image = with_detail(base, detail, job.observation, job.level, _light_share(job, place), forms)
         if job.grain_rms.any():

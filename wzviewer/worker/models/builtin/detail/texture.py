@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import ByteArray, FloatArray
+from wzviewer.worker.models.builtin.detail.drifts import drifting
 from wzviewer.worker.models.builtin.detail.flow import (
     CALM_VOTES,
     GRAINS,
@@ -151,7 +152,10 @@ def coarse_forms(
         if name in SMOOTH or name in EVEN:
             continue
         rng = np.random.default_rng([*seeds, 13, *name.encode()])
-        if name in GRAINS:
+        drift = drifting(name, height, width, rng)
+        if drift is not None:
+            total += share * drift
+        elif name in GRAINS:
             total += share * _locks(GRAINS[name], luma(observation), rng)
         else:
             tile = library.tile(SHOWS_AS.get(name, name))

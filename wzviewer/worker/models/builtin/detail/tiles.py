@@ -270,15 +270,20 @@ def facet(n: int, rng: np.random.Generator) -> FloatArray:
 
 
 def plankton(n: int, rng: np.random.Generator) -> FloatArray:
-    """Water very near: pale discs and rings adrift, and the light on it."""
-    total = 0.35 * fractal(n, 1.4, rng, lowest=10)
-    for cells, radius in ((n // 30, 9.0), (n // 17, 5.0), (n // 10, 2.6)):
-        first, _, index = cellular(n, cells, rng)
-        own = rng.random(index.max() + 1).astype(np.float32)
-        size = (radius * (0.6 + 0.5 * own))[index]
-        ring = np.exp(-np.square((first - size) / 1.1)) + 0.5 * (first < size) * (1 - first / size)
-        total += (own < 0.4)[index] * ring.astype(np.float32)
-    return normalized(warped(total, 1.5, rng))
+    """Water very near: a few motes adrift, some clear and some pale, small chains and rings among them."""
+    ground = 0.08 * fractal(n, 1.4, rng, lowest=10)
+
+    def mote(u: FloatArray, v: FloatArray) -> tuple[Any, Any]:
+        size, kind = 0.8 + 4.5 * rng.random() ** 3, rng.random()
+        radius = np.hypot(u, v)
+        if kind < 0.12:
+            beads = np.exp(-np.square(np.mod(u + 1.6, 3.2) - 1.6) - np.square(v)) * (np.abs(u) < 9)
+            return 1.5, beads
+        soft = np.clip((size - radius) / (0.4 + 0.5 * kind * size) + 0.4, 0, 1)
+        ring = np.exp(-np.square(radius - size)) if size > 2.4 and kind < 0.5 else 0.0
+        return rng.uniform(0.8, 1.8) * (1.3 - 0.6 * kind), np.maximum(0.6 * soft, ring)
+
+    return normalized(stamped(ground.astype(np.float32), n * n // 620, 10, mote, rng))
 
 
 def polish(n: int, rng: np.random.Generator) -> FloatArray:
@@ -290,6 +295,23 @@ def polish(n: int, rng: np.random.Generator) -> FloatArray:
         drawn_wrapped(lines, [(x, y), (x + reach[0], y + reach[1])], rng.normal(0, 1), 1)
     hairs = normalized(warped(area_down(lines, n, n), 3.0, rng))
     return normalized(hairs + 0.8 * fractal(n, 1.2, rng, lowest=20))
+
+
+def cast(n: int, rng: np.random.Generator) -> FloatArray:
+    """Cast metal, worn to a soft gloss: low bumps and pits that shine, and hairlines here and there."""
+    height = 0.7 * fractal(n, 2.2, rng, lowest=12)
+    for cells, width, weight in ((n // 17, 5.0, 1.0), (n // 11, 3.4, 0.5)):
+        first, _, index = cellular(n, cells, rng)
+        own = rng.normal(0, 0.8, index.max() + 1).astype(np.float32)[index]
+        height += weight * warped((own * np.exp(-np.square(first / width))).astype(np.float32), 2.0, rng)
+    scratches = np.zeros((2 * n, 2 * n), np.float32)
+    for _ in range(n * n // 4000):
+        x, y, angle, length = rng.uniform((0, 0, 0, 20), (n, n, math.pi, 90))
+        end = (x + length * math.cos(angle), y + length * math.sin(angle))
+        drawn_wrapped(scratches, [(x, y), end], rng.normal(0, 1), 1)
+    lit = normalized(shaded(1.6 * periodic_blur(height, 0.8)))
+    gloss = np.clip(lit - 0.9, 0, 2.5) ** 2
+    return normalized(periodic_blur(0.5 * lit + gloss, 0.5) + 1.1 * area_down(scratches, n, n))
 
 
 def alloy(n: int, rng: np.random.Generator) -> FloatArray:
@@ -348,6 +370,7 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "facet": facet,
     "plankton": plankton,
     "polish": polish,
+    "cast": cast,
     "alloy": alloy,
     "droplet": droplet,
     "frost": frost,
