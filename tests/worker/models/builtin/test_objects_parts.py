@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from wzviewer.worker.models.builtin.objects.editor import ObjectEditor, Support
+from wzviewer.worker.models.builtin.objects.ground import past_others
 
 W, H = 240, 160
 EDITOR = ObjectEditor()
@@ -100,3 +101,13 @@ def test_the_same_again(bee):
     for one, two in zip(bee.parts, again.parts, strict=True):
         assert one.color.tobytes() == two.color.tobytes()
     assert bee.flanks[0].corners.tobytes() == again.flanks[0].corners.tobytes()
+
+
+def test_a_shadow_on_an_older_object_is_not_on_the_ground_behind_it():
+    bare = np.full((30, 40, 3), 0.6, np.float32)
+    image, gain = bare.copy(), np.full((30, 40), 0.5, np.float32)
+    image[5:20, 10:30] = 0.1  # a wing
+    image[10:12, 15:18] = 0.6  # with a spot as light as the ground
+    found = past_others(gain, image, bare)
+    assert (found[5:20, 10:30] == 1).all()
+    assert (found[25:] == 0.5).all()

@@ -4,6 +4,7 @@ import numpy as np
 
 from wzviewer.worker.models.builtin.objects import composite, cutout, placement
 from wzviewer.worker.models.builtin.objects.grammar import Request
+from wzviewer.worker.models.builtin.objects.ground import past_others
 from wzviewer.worker.models.builtin.objects.lighting import Light, light_from_photo
 from wzviewer.worker.models.builtin.objects.parts import Depths, Pane, parts_of
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, merged
@@ -39,7 +40,9 @@ def insert_card(
     )
     finish = composite.Finish(0.35, composite.Finish.of(result.image).grain)
     under = composite.shadowed(result.image, gain, light)
-    ground = under if result.ground is None else composite.shadowed(result.ground, gain, light)
+    bare = under
+    if result.ground is not None:
+        bare = composite.shadowed(result.ground, past_others(gain, result.image, result.ground), light)
     harmony = composite.harmony_of(result.image, layer)
     picture, alpha = composite.composite(under, layer, finish, seed, harmony)
     pose = Pose(np.eye(3), width_px, (*centre, base))
@@ -47,4 +50,4 @@ def insert_card(
     flat = Depths(Plane(0.0, 0.0, base, 0.0, 0.0), 0.0, 1.0, np.zeros(shape, np.float32))
     depths = flat.in_contact(layer.relief, relief, 1.0)
     parts, _ = parts_of([Pane(picture, alpha, layer.relief)], under, depths)
-    return merged(result, picture, relief, mask, alpha, gain, placed, ground, (parts, ()))
+    return merged(result, picture, relief, mask, alpha, gain, placed, bare, (parts, ()))

@@ -14,6 +14,7 @@ from wzviewer.worker.models.builtin.objects.shading import Setting
 
 _SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more
 _NEAR = 0.4  # of a body's length: what is nearer than its ground by more is something else
+_THEIRS = 0.02  # sRGB: a pixel that differs by more shows an object
 _CLEAR_SHADOW, _SHADOW_IN_WATER = 0.8, 0.35
 
 
@@ -70,6 +71,19 @@ def in_water(gain: FloatArray, cover: FloatArray | None) -> FloatArray:
 def through_clear(gain: FloatArray) -> FloatArray:
     """Returns the gain (h, w) of a clear body: it gathers light where an opaque one would cast its shadow."""
     return 1 - _CLEAR_SHADOW * (1 - gain)
+
+
+def past_others(gain: FloatArray, image: FloatArray, bare: FloatArray) -> FloatArray:
+    """Returns a gain (h, w) that leaves alone what older objects hide: the shadow lies on those.
+
+    Args:
+        gain: (h, w) of the picture.
+        image: (h, w, 3) sRGB with the older objects.
+        bare: (h, w, 3) sRGB without them.
+    """
+    theirs = (np.abs(image - bare).max(axis=2) > _THEIRS).astype(np.uint8)
+    closed = cv2.morphologyEx(theirs, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)) > 0
+    return np.where(closed, np.float32(1), gain)
 
 
 def _plane_image(plane: Plane, shape: tuple[int, int]) -> FloatArray:

@@ -13,7 +13,7 @@ from wzviewer.worker.models.builtin.objects.bodies import Body, Tint
 from wzviewer.worker.models.builtin.objects.cards import insert_card
 from wzviewer.worker.models.builtin.objects.footing import footing
 from wzviewer.worker.models.builtin.objects.grammar import Request
-from wzviewer.worker.models.builtin.objects.ground import Ground, in_water, through_clear
+from wzviewer.worker.models.builtin.objects.ground import Ground, in_water, past_others, through_clear
 from wzviewer.worker.models.builtin.objects.lighting import (
     Environment,
     Light,
@@ -124,7 +124,7 @@ def insert(
     studio, alpha = _painted(stand, scene, setting, layer, touch.depths, result.image, gain, seed, harmony)
     bare = studio.under
     if result.ground is not None:
-        bare = composite.shadowed(result.ground, gain, placed.light)
+        bare = composite.shadowed(result.ground, past_others(gain, result.image, result.ground), placed.light)
     parts, below, flanks = dismantled(studio, check) if apart else ((), studio.under, ())
     bare = bare + (below - studio.under)
     placed = replace(shifted(placed, touch.shift), chroma=harmony.chroma)
