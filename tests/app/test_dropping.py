@@ -10,6 +10,8 @@ from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
 from wzviewer.app.errands import AtOnce
+from wzviewer.app.layout import Rect
+from wzviewer.app.panels.dialogs import beside
 from wzviewer.app.state import empty_state
 from wzviewer.app.variants import CUTOUT, can_vary
 from wzviewer.core.files import save_scene
@@ -140,6 +142,22 @@ def test_a_second_drop_and_one_on_a_path_dialog_take_its_place(services, cutout,
     assert first.panels.dialog == second.panels.dialog == "drop"
     assert first.region.camera.key != second.region.camera.key
     assert second.panels.dialog_list is None
+
+
+@pytest.mark.parametrize(
+    ("frame", "y"),
+    [
+        (Rect(500, 250, 200, 100), 250 + 100 + 30),  # below it
+        (Rect(500, 320, 200, 120), 320 - 30 - 150),  # there is no room below: above it
+        (Rect(500, 100, 200, 60), 200),  # it hides nothing: it stays
+        (Rect(900, 250, 50, 50), 200),
+        (Rect(0, 0, 1200, 600), 200),  # nowhere is room
+        (None, 200),
+    ],
+)
+def test_the_question_hides_no_frame_that_it_is_about(frame, y):
+    moved = beside(Rect(400, 200, 400, 150), frame, Rect(0, 0, 1200, 600), 30.0)
+    assert (moved.x, moved.y, moved.width, moved.height) == (400, y, 400, 150)
 
 
 class Held(AtOnce):
