@@ -1,6 +1,8 @@
 """Files dropped on the window: opened, or put into the picture."""
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +12,11 @@ from tests.app.fakes import checker, fake_services, make_scene, state_with
 from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply, drain
 from wzviewer.app.errands import AtOnce
+from wzviewer.app.layout import Rect
+from wzviewer.app.panels.dialogs import beside
 from wzviewer.app.state import empty_state
 from wzviewer.app.variants import CUTOUT, can_vary
+from wzviewer.app.window import GlfwWindow
 from wzviewer.core.files import save_scene
 from wzviewer.core.photos import encode_png
 
@@ -142,6 +147,22 @@ def test_a_second_drop_and_one_on_a_path_dialog_take_its_place(services, cutout,
     assert second.panels.dialog_list is None
 
 
+@pytest.mark.parametrize(
+    ("frame", "y"),
+    [
+        (Rect(500, 250, 200, 100), 250 + 100 + 30),  # below it
+        (Rect(500, 320, 200, 120), 320 - 30 - 150),  # there is no room below: above it
+        (Rect(500, 100, 200, 60), 200),  # it hides nothing: it stays
+        (Rect(900, 250, 50, 50), 200),
+        (Rect(0, 0, 1200, 600), 200),  # nowhere is room
+        (None, 200),
+    ],
+)
+def test_the_question_hides_no_frame_that_it_is_about(frame, y):
+    moved = beside(Rect(400, 200, 400, 150), frame, Rect(0, 0, 1200, 600), 30.0)
+    assert (moved.x, moved.y, moved.width, moved.height) == (400, y, 400, 150)
+
+
 class Held(AtOnce):
     """Work on files that ends when it is told to."""
 
@@ -212,3 +233,26 @@ def test_what_nothing_can_open_is_said_before_anything_is_asked(services, tmp_pa
     state = apply(services, state, [cmd.Drop(path)])
     assert state.panels.dialog == ""
     assert [t.text for t in state.toasts] == ["notes.txt is neither a photo nor a scene of wzviewer."]
+
+
+@pytest.mark.parametrize(
+    ("cursor", "platform", "at_px"),
+    [
+        ((100.0, 50.0), "x11", (200.0, 100.0)),  # the framebuffer is twice as dense as the window
+        ((-3.0, 50.0), "x11", None),  # glfw was not told: it is where the cursor was before
+        ((100.0, 50.0), "wayland", None),  # never told
+    ],
+)
+def test_the_window_says_where_in_framebuffer_pixels(cursor, platform, at_px):
+    window = object.__new__(GlfwWindow)
+    window._window, window._dropped = None, []
+    window._glfw = SimpleNamespace(
+        get_cursor_pos=lambda _: cursor,
+        get_window_size=lambda _: (640, 420),
+        get_framebuffer_size=lambda _: (1280, 840),
+        get_platform=lambda: platform,
+        PLATFORM_WAYLAND="wayland",
+    )
+    window._on_drop(None, ["robin.png"])
+    assert window._dropped == [Path("robin.png")]
+    assert window._dropped_at_px == at_px

@@ -1,5 +1,6 @@
 """Modal: unsaved changes, and a line of text for a path where the system has no file dialogs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from imgui_bundle import imgui
@@ -8,10 +9,12 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.folder import draw_folder
+from wzviewer.app.panels.frame import seen_rect
 from wzviewer.app.panels.surface import Ui, elided, face, plate, primary, shade, wrapped
 from wzviewer.app.state import AppState
 
-WIDTH_PT, HEIGHT_PT = 460.0, 150.0  # it grows with what it has to say
+WIDTH_PT, HEIGHT_PT = 460.0, 150.0
+LABEL_PT = 34.0  # below a frame stands how close it is
 LIST_PT = 230.0  # of what stands in a folder
 TITLES = {
     "open": "Open a photo or a scene",
@@ -33,7 +36,10 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
     width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
     height = ui.pt(HEIGHT_PT + (LIST_PT if state.panels.dialog_list is not None else 0.0))
     top = max(window.height * 0.38 - height / 2, ui.pt(12))
-    rect = Rect((window.width - width) / 2, top, width, 0.0)
+    rect = Rect((window.width - width) / 2, top, width, height)
+    if kind == "drop" and state.region.camera is not None:
+        rect = beside(rect, seen_rect(state, state.region.camera), window, ui.pt(LABEL_PT))
+    rect = replace(rect, height=0.0)  # it grows with what it has to say
     name = "path" if kind in TITLES else "dialog"  # another one: it appears, and its line takes the cursor
     with plate(name, rect, alpha=0.98, grows="down", is_front=True):
         if kind == "unsaved":
@@ -45,6 +51,16 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
         if kind == "drop":
             return _drop(state, ui)
         return _path(state, ui, TITLES[kind])
+
+
+def beside(rect: Rect, frame: Rect | None, window: Rect, gap: float) -> Rect:
+    """Returns where a question hides no frame: below it, above it, or where it was when neither has room."""
+    if frame is None or not rect.overlaps(replace(frame, height=frame.height + gap)):
+        return rect
+    below, above = frame.bottom + gap, frame.y - gap - rect.height
+    if below + rect.height <= window.bottom - gap / 2:
+        return replace(rect, y=below)
+    return replace(rect, y=above) if above >= gap / 2 else rect
 
 
 def _unsaved(state: AppState, ui: Ui) -> list[cmd.Command]:
