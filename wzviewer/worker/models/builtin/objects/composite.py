@@ -15,6 +15,7 @@ from wzviewer.worker.models.builtin.objects.render import Layer
 
 _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
 _MUTED = 0.5  # of the chroma that nothing else in the picture has
+_BLURRED_PX = 4  # beyond a body, more than a soft outline reaches
 _LEAST = 2.0 / 255  # a shadow weaker than this is none: the picture stays as it was
 
 
@@ -114,21 +115,23 @@ def composite(
     return np.clip(result, 0, 1).astype(np.float32), alpha
 
 
-def _box(there: BoolArray) -> tuple[slice, slice]:
+def _box(there: BoolArray, margin_px: int = 0) -> tuple[slice, slice]:
     """Returns the smallest part of an image that holds what is there; nothing if there is nothing."""
     rows, columns = np.flatnonzero(there.any(1)), np.flatnonzero(there.any(0))
     if not len(rows):
         return slice(0, 0), slice(0, 0)
-    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    top, left = max(rows[0] - margin_px, 0), max(columns[0] - margin_px, 0)
+    return slice(top, rows[-1] + 1 + margin_px), slice(left, columns[-1] + 1 + margin_px)
 
 
 def soften(color: FloatArray, alpha: FloatArray, sigma_px: float) -> tuple[FloatArray, FloatArray]:
     """Blurs a premultiplied body; returns (colour, alpha), exactly 0 where nothing was near."""
-    near = cv2.dilate((alpha > 0).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    soft = cv2.GaussianBlur(np.dstack([color, alpha]), (0, 0), sigma_px)
-    soft[~near] = 0
-    soft[soft[..., 3] < 1e-3] = 0
-    return np.ascontiguousarray(soft[..., :3]), np.clip(soft[..., 3], 0, 1)
+    whole = np.zeros((*alpha.shape, 4), np.float32)
+    box = _box(alpha > 0, margin_px=_BLURRED_PX + int(4 * sigma_px))
+    near = cv2.dilate((alpha[box] > 0).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    soft = cv2.GaussianBlur(np.dstack([color[box], alpha[box]]), (0, 0), sigma_px)
+    whole[box] = np.where((near & (soft[..., 3] >= 1e-3))[..., None], soft, 0)
+    return np.ascontiguousarray(whole[..., :3]), np.clip(whole[..., 3], 0, 1)
 
 
 def shadowed(image: FloatArray, gain: FloatArray, light: Light) -> FloatArray:
@@ -159,8 +162,10 @@ def developed(lit: FloatArray) -> FloatArray:
 
 def harmony_of(image: FloatArray, layer: Layer) -> Harmony:
     """Returns what `composite` brings a rendered body into harmony with."""
-    lit = np.asarray(layer.color / np.maximum(layer.alpha, 1e-4)[..., None], np.float32)
-    return Harmony.of(developed(lit), layer.alpha, image)
+    box = _box(layer.alpha > 0)
+    alpha = layer.alpha[box]
+    lit = np.asarray(layer.color[box] / np.maximum(alpha, 1e-4)[..., None], np.float32)
+    return Harmony.of(developed(lit), alpha, image)
 
 
 def rippled(picture: FloatArray, image: FloatArray, alpha: FloatArray) -> FloatArray:

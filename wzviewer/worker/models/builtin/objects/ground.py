@@ -93,13 +93,15 @@ def _plane_image(plane: Plane, shape: tuple[int, int]) -> FloatArray:
 
 
 def _bumps(relief: FloatArray, plane: Plane, width_px: float) -> FloatArray:
-    """Returns what the support differs from its plane by, where it still is the same surface.
+    """Returns what the support differs from its plane by, where it is the same surface, at half its size.
 
     A sliver of depth that sticks out is an error of the depth at an edge: it would be lit inside the shadow.
     """
-    off = np.nan_to_num(relief - _plane_image(plane, (relief.shape[0], relief.shape[1])))
-    k = max(int(_SLIVER * width_px), 1) | 1
+    h, w = relief.shape[0], relief.shape[1]
+    off = np.nan_to_num(relief - _plane_image(plane, (h, w)))
+    off = cv2.resize(off, (-(-w // 2), -(-h // 2)), interpolation=cv2.INTER_AREA)
+    k = max(int(0.5 * _SLIVER * width_px), 1) | 1
     without = cv2.morphologyEx(off, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (k, k)))
     off = np.where(without - off > _SPIKE * width_px, without, off)
     soft = np.clip(off, -0.12 * width_px, 0.12 * width_px).astype(np.float32)
-    return np.asarray(cv2.GaussianBlur(soft, (0, 0), max(0.008 * width_px, 0.6)), np.float32)
+    return np.asarray(cv2.GaussianBlur(soft, (0, 0), max(0.004 * width_px, 0.3)), np.float32)

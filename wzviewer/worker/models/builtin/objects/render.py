@@ -196,7 +196,7 @@ def ground_shadow(
     Args:
         scene: the body in its pose.
         setting: lights.
-        lift_px: (h, w) relief of the real support less that of the plane, native px, + = farther.
+        lift_px: of any size, relief of the real support less that of the plane, native px, + = farther.
         check: called between bands.
         height: of the body above its ground, body lengths.
         slant_px: (h, w) the same as `lift_px` of another plane that is the ground; None if the body's own is.
