@@ -359,6 +359,13 @@ def test_five_levels_in_a_row_are_five_materials():
         assert len(set(chain)) == 5, chain
 
 
+def test_what_lived_stone_metal_and_water_end_in_their_own_ways():
+    names = ("foliage", "rock", "metal", "ripple", "sky")
+    for _ in range(6):
+        names = closer(names)
+    assert names == ("molecule", "nucleus", "strings", "orbital", "dipole")
+
+
 def test_cropped_labels_show_the_region():
     context = described(np.random.default_rng(0).random((40, 80, 3), np.float32))
     context = dataclasses.replace(context, labels=np.arange(3200).reshape(40, 80).astype(np.uint8))

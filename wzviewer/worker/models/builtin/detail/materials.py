@@ -6,12 +6,13 @@
     foliage ──► venation ─┴► tissue ► cell ──► granule ───┐                            └──► fibre ──► fibril
                      floret ─┘                            │                                              │
     wet ► tear, skin, scales ► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
-         ripple ──► caustic ──► plankton                                     └──► atom ─────────────┐
+                                                                              └──► helix ──► atom ──┐
     sand ──► rock ► stone ─┐                                                                        │
-    plaster, paint ► grit ─┴► granite ► facet ─┐                                                    │
-    smooth ──► glaze ──► polish ──► alloy ─────┼──► lattice ──► orbital ◄───────────────────────────┘
-    metal ──► cast, brushed ─────────┘         │                   └──► nucleus ──► froth ──► orbital ..
-    sky, blur ► air ──► haze ► droplet ► frost ┘
+    plaster, paint ► grit ─┴► granite ► facet ──► salt ──► shell ──┐                                │
+    smooth ──► glaze ──► polish ──┬► alloy ──► lattice ──► sea ────┴─► nucleus ◄── orbital ◄────────┤
+    metal ──► cast, brushed ──────┘                                       └──► strings ──► froth    │
+    sky, blur ► air ──► haze ► droplet ► frost ──────┐                                              │
+    ripple ──► caustic ──► plankton ──► jelly ───────┴► ice ──► dipole ─────────────────────────────┘
 
 Eight levels of x8 lead from a leaf to its atoms and into them.
 """
@@ -100,7 +101,7 @@ MATERIALS: dict[str, Material] = {
         _material("air", "air", "haze", 0.15, 0.002, 0.005, 0),
         _material("haze", "haze", "droplet", 0.5, 0.004, 0.018, 0),
         _material("droplet", "droplets of mist", "frost", 0.7, 0.008, 0.085, 0),
-        _material("frost", "crystals of ice", "lattice", 0.7, 0.012, 0.12, 0.2),
+        _material("frost", "crystals of ice", "ice", 0.7, 0.012, 0.12, 0.2),
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "tissue", 0.9, 0.01, 0.11, 0.3, micro=0.02),
         _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
@@ -122,13 +123,21 @@ MATERIALS: dict[str, Material] = {
         _material("plaster", "painted wall", "grit", 0.6, 0.006, 0.026, 0.1),
         _material("ripple", "water", "caustic", 0.8, 0.008, 0.014, 0.3),
         _material("grit", "grains of plaster", "granite", 0.7, 0.006, 0.075, 0.2),
-        _material("plankton", "what lives in water", "cytoplasm", 0.8, 0.012, 0.1, 0.6),
+        _material("plankton", "what lives in water", "jelly", 0.8, 0.012, 0.1, 0.6),
         _material("fibril", "strands of a fibre", "molecule", 0.9, 0.012, DEEP, 1.0, 26.0),
         _material("membrane", "folded membranes", "molecule", 0.9, 0.012, DEEP, 1.2, 26.0, "molecule"),
         _material("cytoplasm", "inside of a cell", "membrane", 0.9, 0.012, DEEP, 1.2, 26.0),
-        _material("molecule", "great molecules", "atom", 0.9, 0.012, DEEP, 1.0, 26.0, "atom"),
-        _material("lattice", "atoms in rows", "orbital", 0.9, 0.012, DEEP, 0.4, 26.0),
-        _material("facet", "cleaved crystal", "lattice", 1.0, 0.012, DEEP, 0.8, 26.0),
+        _material("molecule", "great molecules", "helix", 0.9, 0.012, DEEP, 1.0, 26.0, "atom"),
+        _material("lattice", "atoms in rows", "sea", 0.9, 0.012, DEEP, 0.4, 26.0),
+        _material("facet", "cleaved crystal", "salt", 1.0, 0.012, DEEP, 0.8, 26.0),
+        _material("jelly", "inside of a drifter", "ice", 0.9, 0.012, DEEP, 1.2, 26.0),
+        _material("helix", "twisted chains", "atom", 0.9, 0.012, DEEP, 1.0, 26.0),
+        _material("salt", "atoms of two kinds", "shell", 0.9, 0.012, DEEP, 0.4, 26.0),
+        _material("shell", "clouds in rows", "nucleus", 0.9, 0.012, DEEP, 0.4, 26.0),
+        _material("sea", "waves of electrons", "nucleus", 0.9, 0.012, DEEP, 0.4, 26.0),
+        _material("ice", "cages of water", "dipole", 0.9, 0.012, DEEP, 0.6, 26.0),
+        _material("dipole", "molecules of water", "orbital", 0.9, 0.012, DEEP, 0.6, 26.0),
+        _material("strings", "what binds a kernel", "froth", 0.9, 0.012, DEEP, 0.6, 26.0),
         _material("weave", "cloth", "yarn", 0.9, 0.014, 0.05, 0.24, micro=0.03),
         _material("yarn", "threads of cloth", "fibre", 0.9, 0.014, 0.16, 0.24),
         _material("scales", "scales", "cornea", 0.9, 0.016, 0.05, 0.3),
@@ -136,7 +145,7 @@ MATERIALS: dict[str, Material] = {
         _material("caustic", "glints on water", "plankton", 0.7, 0.008, 0.07, 0),
         _material("atom", "bonded atoms", "orbital", 0.9, 0.012, DEEP, 0.6, 26.0),
         _material("orbital", "clouds of electrons", "nucleus", 0.9, 0.012, DEEP, 0.4, 26.0),
-        _material("nucleus", "kernels of atoms", "froth", 0.9, 0.012, DEEP, 0.4, 26.0),
+        _material("nucleus", "kernels of atoms", "strings", 0.9, 0.012, DEEP, 0.4, 26.0),
         _material("froth", "froth of nothing", "orbital", 0.9, 0.012, DEEP, 0.6, 26.0),
     )
 }

@@ -25,6 +25,7 @@ SPECTRA = {
     **dict.fromkeys(("membrane", "molecule", "atom"), FORMS),
     **dict.fromkeys(("orbital", "nucleus", "froth", "lattice", "facet", "alloy", "granite", "cast"), FORMS),
     **dict.fromkeys(("droplet", "frost", "plankton", "caustic", "grit"), FORMS),
+    **dict.fromkeys(("helix", "salt", "shell", "sea", "ice", "dipole", "strings"), FORMS),
     "air": BREATH,
     "haze": (0.3, 0.5, 0.8),
 }

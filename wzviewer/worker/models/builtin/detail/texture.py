@@ -23,17 +23,18 @@ from wzviewer.worker.models.builtin.detail.octaves import GRAIN_OCTAVES, SPECTRA
 SMOOTH = frozenset({"smooth", "sky", "blur", "glaze", "wet", "tear"})
 SMOOTH_TILE = "plaster"
 """The tile that smooth materials show, at next to no contrast."""
-SHOWS_AS = {"metal": "polish"}
+SHOWS_AS = {"metal": "polish", "jelly": "cytoplasm"}
 """Materials that are seen by the tile of another: hairlines and smudges on metal."""
 TURN_RAD = 0.4
 """A tile is smaller than the picture: turned, it does not repeat along a row, and its light hardly turns."""
 NARROW = 0.4  # of the picture
 FORM_SIZE = 6.0
 LOCK_PX = 0.6  # of the observation, per px of the strands
-EVEN = frozenset({"yarn", "weave", "lattice", "polish", "metal"})
+EVEN = frozenset({"yarn", "weave", "lattice", "polish", "metal", "salt", "shell"})
 """What is laid in rows or glossy, and gathers nowhere."""
 TURNABLE = frozenset(
-    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth"} | {"orbital"}
+    {"foliage", "cell", "granite", "weave", "cornea", "alloy", "frost", "haze", "air", "froth"}
+    | {"orbital", "shell", "sea", "helix", "strings"}
 )  # unlit tiles: a quarter turn does not move the light
 
 

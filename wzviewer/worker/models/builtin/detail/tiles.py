@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import FloatArray
+from wzviewer.worker.models.builtin.detail.endings import ENDING_MAKERS
 from wzviewer.worker.models.builtin.detail.matter import MATTER_MAKERS
 from wzviewer.worker.models.builtin.detail.measures import area_down
 from wzviewer.worker.models.builtin.detail.noise import (
@@ -375,4 +376,5 @@ TILE_MAKERS: dict[str, TileMaker] = {
     "droplet": droplet,
     "frost": frost,
     **MATTER_MAKERS,
+    **ENDING_MAKERS,
 }
