@@ -73,9 +73,9 @@ def test_plane_normal_faces_the_camera_and_is_orthogonal_to_the_surface():
     assert steep.normal(ray) @ np.array([*ray, 1.0]) < 0
 
 
-def vivid(chroma, shape=(32, 48)):
-    """A picture of one luma whose chroma is all the same."""
-    image = np.full((*shape, 3), 0.4, np.float32)
+def vivid(chroma, gray=0.2, shape=(32, 48)):
+    """A picture of one colour with this chroma."""
+    image = np.full((*shape, 3), gray, np.float32)
     image[..., 0] += chroma
     return image
 
@@ -83,11 +83,10 @@ def vivid(chroma, shape=(32, 48)):
 def test_a_body_in_a_dull_picture_is_muted_and_keeps_its_luma():
     """A robin in the dusk looked pasted: nothing around it was a fifth as vivid."""
     body, alpha = vivid(0.5), np.ones((32, 48), np.float32)
-    dull, garden = (Harmony.of(body, alpha, vivid(c)) for c in (0.05, 0.5))
-    assert dull.chroma == pytest.approx(
-        0.6, abs=0.01
-    )  # half of what is beyond the picture's .05 and .05 more
+    dull, garden, paper = (Harmony.of(body, alpha, vivid(*c)) for c in ((0.05,), (0.5,), (0.05, 0.8)))
+    assert dull.chroma == pytest.approx(0.6, abs=0.01)  # half of what is beyond its .05 and .05 more
     assert garden.chroma == 1.0
+    assert paper.chroma == 1.0  # bright
     gray = np.full((1, 3), 0.3, np.float32)
     muted = Harmony(chroma=0.5)
     assert muted(gray) == pytest.approx(gray, abs=1e-6)

@@ -16,6 +16,7 @@ from wzviewer.worker.models.builtin.objects.render import Layer
 _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
 _MUTED = 0.5  # of the chroma that nothing else in the picture has
 _BLURRED_PX = 4  # beyond a body, more than a soft outline reaches
+_BRIGHT, _DIM_RANGE = 0.5, 0.25  # sRGB: of a picture's middle, from which on it mutes nothing, and below
 _LEAST = 2.0 / 255  # a shadow weaker than this is none: the picture stays as it was
 
 
@@ -72,9 +73,11 @@ def _kept_chroma(body: FloatArray, picture: FloatArray) -> float:
     """Returns how much of the chroma of colours (n, 3) is kept beside a picture's (m, 3), sRGB.
 
     What is as vivid as the most vivid there stays so: a red robin in the dusk looks pasted, in a garden not.
+    Nor does a ladybug on white paper: in bright light everything has all of its colour.
     """
     own, around = (float(np.percentile(np.ptp(c, axis=1), 97)) for c in (body, picture))
-    return round(1 - _MUTED * max(1 - (around + 0.05) / max(own, 1e-3), 0.0), 6)
+    dim = float(np.clip((_BRIGHT - np.median(picture @ _LUMA)) / _DIM_RANGE, 0, 1))
+    return round(1 - _MUTED * dim * max(1 - (around + 0.05) / max(own, 1e-3), 0.0), 6)
 
 
 def shadow_gain(ground: FloatArray, light: Light, alpha: FloatArray) -> FloatArray:
