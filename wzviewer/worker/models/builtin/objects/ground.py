@@ -9,13 +9,14 @@ import numpy as np
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.objects import composite, placement
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
-from wzviewer.worker.models.builtin.objects.render import Scene, ground_shadow
+from wzviewer.worker.models.builtin.objects.render import BAND, Scene, parallel
 from wzviewer.worker.models.builtin.objects.shading import Setting
 
 _SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more
 _NEAR = 0.4  # of a body's length: what is nearer than its ground by more is something else
 _THEIRS = 0.02  # sRGB: a pixel that differs by more shows an object
 _CLEAR_SHADOW, _SHADOW_IN_WATER = 0.8, 0.35
+_COARSE, _WIDE = 8, 3.0  # a soft shadow all round: px apart, farther by
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Ground:
         lift_px = _bumps(self.own.relief, self.plane, self.width_px)
         slant = placement.from_above(scene.pose)
         slant_px = None if slant is None else _plane_image(slant, (scene.height, scene.width))
-        arrived = ground_shadow(scene, setting, lift_px, check, self.height, slant_px)
+        arrived = _ground_shadow(scene, setting, lift_px, check, self.height, slant_px)
         gain = composite.shadow_gain(arrived, setting.light, alpha)
         if self.aloft:
             gain = np.ones_like(gain)
@@ -84,6 +85,66 @@ def past_others(gain: FloatArray, image: FloatArray, bare: FloatArray) -> FloatA
     theirs = (np.abs(image - bare).max(axis=2) > _THEIRS).astype(np.uint8)
     closed = cv2.morphologyEx(theirs, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)) > 0
     return np.where(closed, np.float32(1), gain)
+
+
+def _ground_shadow(
+    scene: Scene,
+    setting: Setting,
+    lift_px: FloatArray,
+    check: Callable[[], object] | None = None,
+    height: float = 0.0,
+    slant_px: FloatArray | None = None,
+) -> FloatArray:
+    """Returns (h, w, 2) float32: shares of sky and key that reach the support, at half resolution inside.
+
+    Args:
+        scene: the body in its pose.
+        setting: lights.
+        lift_px: of any size, relief of the real support less that of the plane, native px, + = farther.
+        check: called between bands.
+        height: of the body above its ground, body lengths.
+        slant_px: (h, w) the same as `lift_px` of another plane that is the ground; None if the body's own is.
+    """
+    near = _arrived(scene, setting, 2, 1.0, lift_px, height, slant_px, check)
+    wide = _arrived(scene, setting, _COARSE, _WIDE, lift_px, height, slant_px, check)
+    near[..., 0] *= wide[..., 0]
+    return near
+
+
+def _arrived(
+    scene: Scene,
+    setting: Setting,
+    stride: int,
+    wide: float,
+    lift_px: FloatArray,
+    height: float,
+    slant_px: FloatArray | None,
+    check: Callable[[], object] | None,
+) -> FloatArray:
+    """Returns the shares (h, w, 2) from points `stride` px apart, whose sky ends `wide` times as far."""
+    h, w = -(-scene.height // stride), -(-scene.width // stride)
+    rows, columns = np.meshgrid(np.arange(h), np.arange(w), indexing="ij")
+    at = stride * np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], 1)
+    corner, dx, dy, direction = scene.frame
+    origin = corner + at[:, :1] * dx + at[:, 1:] * dy
+    lengths_per_px = scene.pose.stretch / scene.pose.size_px
+    lift = cv2.resize(lift_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None] * lengths_per_px
+    length = -(origin[:, 2:] + height) / direction[2] + np.clip(lift, -0.15, 0.15)
+    if slant_px is not None:
+        slant = cv2.resize(slant_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None]
+        length += slant * lengths_per_px
+    points = origin + length * direction
+    normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    near = np.linalg.norm(points[:, :2], axis=1) < 2.5
+    out = np.ones((len(points), 2))
+    index = np.flatnonzero(near)
+    chunks = [index[k : k + BAND] for k in range(0, len(index), BAND)]
+    light = setting.to_light
+    parts = parallel(lambda c: scene.occlusion(points[c], normals[c], light, wide), chunks, check)
+    for chunk, part in zip(chunks, parts, strict=True):
+        out[chunk] = part
+    size = (scene.width, scene.height)
+    return cv2.resize(out.reshape(h, w, 2).astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
 
 
 def _plane_image(plane: Plane, shape: tuple[int, int]) -> FloatArray:

@@ -24,8 +24,7 @@ A = TypeVar("A")
 B = TypeVar("B")
 
 TILE = 8
-_BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
-_COARSE, _WIDE, _WIDE_SHARE = 8, 3.0, 1.0  # a soft shadow all round: px apart, farther, how much of it counts
+BAND = 12288  # rays a band: small enough to cancel within a fraction of a second
 _ROTATED = np.array([[0.125, 0.625], [0.375, 0.125], [0.625, 0.875], [0.875, 0.375]])  # 4-rooks
 
 
@@ -183,67 +182,7 @@ def render_mask(scene: Scene) -> tuple[BoolArray, FloatArray]:
     return mask, relief
 
 
-def ground_shadow(
-    scene: Scene,
-    setting: Setting,
-    lift_px: FloatArray,
-    check: Callable[[], object] | None = None,
-    height: float = 0.0,
-    slant_px: FloatArray | None = None,
-) -> FloatArray:
-    """Returns (h, w, 2) float32: shares of sky and key that reach the support, at half resolution inside.
-
-    Args:
-        scene: the body in its pose.
-        setting: lights.
-        lift_px: of any size, relief of the real support less that of the plane, native px, + = farther.
-        check: called between bands.
-        height: of the body above its ground, body lengths.
-        slant_px: (h, w) the same as `lift_px` of another plane that is the ground; None if the body's own is.
-    """
-    near = _arrived(scene, setting, 2, 1.0, lift_px, height, slant_px, check)
-    wide = _arrived(scene, setting, _COARSE, _WIDE, lift_px, height, slant_px, check)
-    near[..., 0] *= 1 - _WIDE_SHARE * (1 - wide[..., 0])
-    return near
-
-
-def _arrived(
-    scene: Scene,
-    setting: Setting,
-    stride: int,
-    wide: float,
-    lift_px: FloatArray,
-    height: float,
-    slant_px: FloatArray | None,
-    check: Callable[[], object] | None,
-) -> FloatArray:
-    """Returns `ground_shadow` (h, w, 2) from points `stride` px apart, whose sky ends `wide` times as far."""
-    h, w = -(-scene.height // stride), -(-scene.width // stride)
-    rows, columns = np.meshgrid(np.arange(h), np.arange(w), indexing="ij")
-    at = stride * np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], 1)
-    corner, dx, dy, direction = scene.frame
-    origin = corner + at[:, :1] * dx + at[:, 1:] * dy
-    lengths_per_px = scene.pose.stretch / scene.pose.size_px
-    lift = cv2.resize(lift_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None] * lengths_per_px
-    length = -(origin[:, 2:] + height) / direction[2] + np.clip(lift, -0.15, 0.15)
-    if slant_px is not None:
-        slant = cv2.resize(slant_px, (w, h), interpolation=cv2.INTER_AREA).ravel()[:, None]
-        length += slant * lengths_per_px
-    points = origin + length * direction
-    normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
-    near = np.linalg.norm(points[:, :2], axis=1) < 2.5
-    out = np.ones((len(points), 2))
-    index = np.flatnonzero(near)
-    chunks = [index[k : k + _BAND] for k in range(0, len(index), _BAND)]
-    light = setting.to_light
-    parts = _parallel(lambda c: scene.occlusion(points[c], normals[c], light, wide), chunks, check)
-    for chunk, part in zip(chunks, parts, strict=True):
-        out[chunk] = part
-    size = (scene.width, scene.height)
-    return cv2.resize(out.reshape(h, w, 2).astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
-
-
-def _parallel(work: Callable[[A], B], items: list[A], check: Callable[[], object] | None) -> list[B]:
+def parallel(work: Callable[[A], B], items: list[A], check: Callable[[], object] | None) -> list[B]:
     """Maps on threads (the kernels hold no lock) in the order of the items; asks `check` in between."""
     results: list[B] = []
     with ThreadPoolExecutor(min(os.cpu_count() or 1, 8)) as pool:
@@ -264,8 +203,8 @@ def march_all(
     scene: Scene, rays: DoubleArray, check: Callable[[], object] | None
 ) -> tuple[DoubleArray, LongArray, DoubleArray]:
     """Does `Scene.march` in bands, on threads."""
-    chunks = [rays[k : k + _BAND] for k in range(0, max(len(rays), 1), _BAND)]
-    parts = _parallel(scene.march, chunks, check)
+    chunks = [rays[k : k + BAND] for k in range(0, max(len(rays), 1), BAND)]
+    parts = parallel(scene.march, chunks, check)
     depth, hit, normal = (np.concatenate([part[k] for part in parts]) for k in range(3))
     return depth, hit, normal
 
@@ -274,8 +213,8 @@ def shoot(
     scene: Scene, setting: Setting, rays: DoubleArray, check: Callable[[], object] | None
 ) -> FloatArray:
     """Returns (r, 11): colour, alpha, relief, normal, limbs, wings, nearest primitive of every ray."""
-    chunks = [rays[k : k + _BAND] for k in range(0, len(rays), _BAND)]
-    parts = _parallel(lambda c: _shoot(scene, setting, c), chunks, check)
+    chunks = [rays[k : k + BAND] for k in range(0, len(rays), BAND)]
+    parts = parallel(lambda c: _shoot(scene, setting, c), chunks, check)
     return np.concatenate(parts) if parts else np.zeros((0, 11), np.float32)
 
 
