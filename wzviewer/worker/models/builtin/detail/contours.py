@@ -48,6 +48,8 @@ def with_steeper(base: FloatArray, observation: FloatArray, share: FloatArray) -
     half = area_down(base, max(width // 2, 1), max(height // 2, 1))
     added = (_shocked(half, BASE_STEPS) - half) * np.float32(BASE_SHARE)
     added *= stretched(_faint(luma(observation)), half.shape[1], half.shape[0])[..., None]
+    seen = area_down(added, observation.shape[1], observation.shape[0])
+    added -= stretched(seen, half.shape[1], half.shape[0])  # what is seen stays as it is
     return base + share[..., None] * stretched(added, width, height)
 
 
