@@ -197,32 +197,45 @@ def ripple(n: int, rng: np.random.Generator) -> FloatArray:
     return normalized(periodic_blur(shaded(2.2 * height, 100.0) + 0.2 * height, 0.8))
 
 
+def interlaced(n: int, pitch_px: int) -> tuple[FloatArray, FloatArray, Callable[[FloatArray], FloatArray]]:
+    """A plain weave: where each pixel lies across and along the thread on top, in widths from its middle.
+
+    Args:
+        n: edge of the tile, px.
+        pitch_px: width of a thread.
+
+    Returns:
+        Two ``(n, n)``, and what spreads a number of each thread, ``(2, n / pitch)``, over its pixels.
+    """
+    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
+    column, row = (x // pitch_px).astype(int), (y // pitch_px).astype(int)
+    middle = 0.5 - 0.5 / pitch_px
+    u, v = x / pitch_px - column - middle, y / pitch_px - row - middle
+    warp_on_top = (column + row) % 2 == 0
+
+    def of_threads(values: FloatArray) -> FloatArray:
+        return np.where(warp_on_top, values[0][column], values[1][row])
+
+    return np.where(warp_on_top, u, v), np.where(warp_on_top, v, u), of_threads
+
+
 def weave(n: int, rng: np.random.Generator) -> FloatArray:
     """Cloth: plain weave of threads 8 px wide, of uneven tone, with the twist of their yarn."""
-    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
-    column, row = (x // 8).astype(int), (y // 8).astype(int)
-    u, v = x / 8 - column - 0.4375, y / 8 - row - 0.4375
-    warp_on_top = (column + row) % 2 == 0
-    across, along = np.where(warp_on_top, u, v), np.where(warp_on_top, v, u)
+    across, along, of_threads = interlaced(n, 8)
     thread = np.sqrt(np.clip(1 - (1.9 * across) ** 2, 0, 1)) * (0.7 + 0.5 * np.cos(math.pi * along))
     twist = 0.1 * np.sin(2 * math.pi * (along + 0.8 * across) * 4)
     tones = rng.normal(0, 0.1, (2, n // 8)).astype(np.float32)
-    height = (thread + twist + np.where(warp_on_top, tones[0][column], tones[1][row])).astype(np.float32)
+    height = (thread + twist + of_threads(tones)).astype(np.float32)
     lit = height + 0.5 * shaded(2 * periodic_blur(height, 0.7))
     return normalized(warped(lit.astype(np.float32), 1.8, rng) + 0.15 * fractal(n, 0.6, rng, lowest=30))
 
 
 def yarn(n: int, rng: np.random.Generator) -> FloatArray:
     """Cloth near: twisted threads 16 px wide, over and under each other, their fibres and some that stray."""
-    y, x = np.mgrid[0:n, 0:n].astype(np.float32)
-    column, row = (x // 16).astype(int), (y // 16).astype(int)
-    u, v = x / 16 - column - 0.46875, y / 16 - row - 0.46875
-    on_top = (column + row) % 2 == 0
-    across, along = np.where(on_top, u, v), np.where(on_top, v, u)
+    across, along, of_threads = interlaced(n, 16)
     thread = np.sqrt(np.clip(1 - (1.9 * across) ** 2, 0, 1)) * (0.75 + 0.4 * np.cos(math.pi * along))
     phase = rng.uniform(0, 6.3, (2, n // 16)).astype(np.float32)
-    own = np.where(on_top, phase[0][column], phase[1][row])
-    bent = own + 1.5 * fractal(n, 1.2, rng, lowest=n / 20)
+    bent = of_threads(phase) + 1.5 * fractal(n, 1.2, rng, lowest=n / 20)
     fibres = np.sin(2 * math.pi * 3 * (along + 1.1 * across) + bent)
     strays = np.zeros((2 * n, 2 * n), np.float32)
     for _ in range(n * n // 2200):
