@@ -129,6 +129,19 @@ def test_half_way_between_two_levels_light_is_kept(blend):
     assert (leak < -0.015) if blend == "transmittance" else (leak > -0.01)  # measured -0.019 and -0.008
 
 
+@pytest.mark.parametrize(("behind_px", "finer"), [(-3.0, True), (0.0, True), (3.0, True), (5.0, False)])
+def test_of_two_levels_as_deep_as_their_noise_the_finer_one_is_in_front(behind_px, finer):
+    """`behind_px`: of the coarser level's own pixels."""
+    scene = flat_scene(32, 24)
+    child = scene[1].surfels
+    means = child.means + np.float32([0.0, 0.0, 8.0 * behind_px])
+    scene.replace(scene[1].with_surfels(child.with_(means=means)))
+    camera = scene[0].camera.zoomed(16.0, 12.0, np.sqrt(8.0))
+    parts = reference.scene_footprints(scene, camera).ordered()
+    assert (np.diff(parts.levels) <= 0).all() == finer
+    assert (np.diff(parts.levels) >= 0).all() == (not finer)
+
+
 def test_the_focus_is_the_level_seen_nearest_to_its_own_scale():
     scene = hill_scene(24, 16, 3)
     frames = [level.frame for level in scene]

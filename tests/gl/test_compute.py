@@ -40,7 +40,7 @@ CAMERA = Camera.initial(1088, 720)
 FRAME = LevelFrame.of_camera(CAMERA, 1.0)
 VIEW = AnchoredView.expand(CAMERA, FRAME)
 FOCUS = Focus(VIEW.depth, FRAME.unit)
-LEVEL: Any = SimpleNamespace(frame=FRAME, index=0)
+LEVEL: Any = SimpleNamespace(frame=FRAME, camera=CAMERA, index=0)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@ import numpy as np
 from tests.gl.surfaces import hill_scene, orbited
 from wzviewer.core import reference
 from wzviewer.core.anchor import AnchoredView
-from wzviewer.core.reference import DEPTH_QUANTUM, Focus
+from wzviewer.core.reference import DEPTH_QUANTUM, Focus, depth_row
 from wzviewer.core.scene import modulation
 from wzviewer.gl.cull import ChunkBounds
 from wzviewer.gl.order import Run, front_to_back, order_runs, relative_depths, sortable_bits
@@ -38,7 +38,7 @@ def test_minus_zero_is_no_nearer_than_zero():
     view = AnchoredView.expand(scene[0].camera, scene[0].frame)
     columns = np.float32([[0, 0], [0, 0], [-1e-9, 0]])
     focus = Focus(view.depth, scene[0].frame.unit)
-    assert not np.signbit(relative_depths(columns, view, scene[0].frame, focus)).any()
+    assert not np.signbit(relative_depths(columns, depth_row(view, scene[0].frame, focus))).any()
 
 
 def test_the_order_is_the_references_order_at_every_depth_of_zoom():
@@ -51,7 +51,8 @@ def test_the_order_is_the_references_order_at_every_depth_of_zoom():
         records = np.concatenate(
             [np.arange(len(s.sets[0].surfels)) + i * PAGE_SURFELS for i, s in states.items()]
         )
-        z = dict(zip(records.tolist(), exact.depths, strict=True))
+        back = np.array([reference.setback(level.camera) for level in scene])
+        z = dict(zip(records.tolist(), exact.depths * (1 + back[exact.levels]), strict=True))
         unit = reference.focus_of(camera, [lv.frame for lv in scene]).unit
         along = np.array([z[r] for r in order.tolist()])
         assert len(order) == len(records)

@@ -34,7 +34,7 @@ def splatted(selection, camera):
     splatter = Splatter()
     splatter.begin(selection.num_selected, camera.width, camera.height)
     for run in selection.runs:
-        row = depth_row(run.view, run.frame, selection.focus)
+        row = run.depth_row(selection.focus)
         splatter.add(run.surfels, run.view, row)
     return splatter
 
@@ -59,9 +59,7 @@ def test_the_order_is_the_renderers_bit_for_bit(index, angle):
     selection = select(arrivals.states, camera, Choice(culling=False, modulated=False))
     splatter = splatted(selection, camera)
     order = splatter.sort()
-    keys = [
-        sortable_bits(relative_depths(r.columns, r.view, r.frame, selection.focus)) for r in selection.runs
-    ]
+    keys = [sortable_bits(relative_depths(r.columns, r.depth_row(selection.focus))) for r in selection.runs]
     keys = np.concatenate(keys)
     places = order_places(selection.runs, selection.focus)
     seen = np.isin(places, order)

@@ -110,6 +110,16 @@ def test_what_a_prompt_asks_for_is_in_a_preview_where_it_will_be(models):
     assert (red[1] & red[3]).sum() > 0.8 * (red[1] | red[3]).sum()  # measured .92
 
 
+def test_an_objects_shadow_is_not_read_as_relief_of_its_ground(models):
+    root = reconstruct_scene(picture("grey"), 0, models, Quiet())
+    camera, read = root.camera.zoomed_to_region(0.5, 0.5, 4.0), []
+    for prompt in ("", "a red lego brick"):
+        depth = Mock(wraps=models.depth)
+        synthesize_level([root], 1, camera, prompt, 1, replace(models, depth=depth), Quiet())
+        read.append(depth.read.call_args.args[0])
+    assert (read[0] == read[1]).all()
+
+
 def test_a_preview_of_what_hardly_grows_needs_no_network(models):
     root = reconstruct_scene(picture("portrait"), 0, models, Quiet())
     detail = Mock(wraps=models.detail)

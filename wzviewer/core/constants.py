@@ -5,6 +5,7 @@ rasteriser and the shaders.
 """
 
 ALPHA_CUT = 1.0 / 255.0  # below this a fragment is not drawn; tested before the Eq. 3 weight
+SETBACK_PX = 4.0  # native px: so much a level gives way to finer ones, where both are as deep
 ALPHA_MAX = 0.99  # no surfel is fully opaque, so the transmittance stays invertible
 WEIGHT_MIN = 1e-4  # of Eq. 3: below it even alpha .99 adds less than an eighth of 1/255
 LOW_PASS_PX2 = 0.02  # added to both diagonal entries of the screen covariance

@@ -11,7 +11,9 @@ one surfel after the other, front to back::
     depth, level: of the surfel at which T crosses 1/2              coverage = 1 - T
 
 The order is by depth of the centre relative to the *focus* of the view, in steps of 2^-14 of the
-focus's pixel, and by level and index within a step: coplanar levels do not flicker.
+focus's pixel, and by level and index within a step: coplanar levels do not flicker.  For the order, a
+level stands back by four of its own native pixels, so that half-way between two scales the finer
+one covers the coarser: else noise in their depths decides anew at each surfel which is seen.
 """
 
 from collections.abc import Sequence
@@ -23,7 +25,7 @@ from numpy.typing import NDArray
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
-from wzviewer.core.constants import ALPHA_CUT, ALPHA_MAX, LOW_PASS_PX2, SURFEL_SIGMA_PX
+from wzviewer.core.constants import ALPHA_CUT, ALPHA_MAX, LOW_PASS_PX2, SETBACK_PX, SURFEL_SIGMA_PX
 from wzviewer.core.opacity import LOG_SPAN_MIN, feather_px, ramp_start
 from wzviewer.core.scene import Scene, siblings_before
 from wzviewer.core.surfels import Surfels
@@ -59,10 +61,23 @@ def focus_of(camera: Camera, frames: Sequence[LevelFrame]) -> Focus:
     return Focus(depth, camera.pixel_scale(depth))
 
 
-def depth_row(view: AnchoredView, frame: LevelFrame, focus: Focus) -> FloatArray:
-    """Returns (4,) float32 ``(k, constant)``: ``k . u + constant`` is the depth behind the focus, its px."""
-    k = frame.unit / focus.unit * view.z_axis
-    return np.array([*k, (view.depth - focus.depth) / focus.unit], np.float64).astype(np.float32)
+def setback(camera: Camera) -> float:
+    """Returns by what share of its depth a level of this camera stands back in the order."""
+    return SETBACK_PX / camera.focal_px
+
+
+def depth_row(view: AnchoredView, frame: LevelFrame, focus: Focus, back: float = 0.0) -> FloatArray:
+    """Returns (4,) float32 ``(k, constant)``: ``k . u + constant`` is the depth behind the focus, its px.
+
+    Args:
+        view: the rendering camera about a level's anchor.
+        frame: the level's.
+        focus: of the rendered view.
+        back: the level's `setback`; of a level by itself it changes nothing.
+    """
+    k = (1.0 + back) * frame.unit / focus.unit * view.z_axis
+    constant = (view.depth - focus.depth + back * view.depth) / focus.unit
+    return np.array([*k, constant], np.float64).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,9 +178,15 @@ def screen_axes(p: LongArray, axes: LongArray, camera: Camera) -> DoubleArray:
 
 
 def footprints(
-    surfels: Surfels, frame: LevelFrame, camera: Camera, weights: DoubleArray, focus: Focus, level: int = 0
+    surfels: Surfels,
+    frame: LevelFrame,
+    camera: Camera,
+    weights: DoubleArray,
+    focus: Focus,
+    level: int = 0,
+    back: float = 0.0,
 ) -> Footprints:
-    """Projects surfels of one level (n)."""
+    """Projects surfels of one level (n); `back` is its `setback`."""
     p = in_camera(surfels.means, frame, camera)
     front = p[:, 2] > 0
     p[~front] = (0, 0, np.nan)
@@ -179,7 +200,8 @@ def footprints(
     det = xx * yy - xy * xy
     o = surfels.opacities.astype(np.float64)
     reach = np.sqrt(np.maximum(2.0 * np.log(np.maximum(o, 1e-30) / ALPHA_CUT), 0.0))
-    keys = np.rint((p[:, 2] - focus.depth) / focus.unit / DEPTH_QUANTUM).astype(np.float32)
+    behind = p[:, 2] * (1 + np.longdouble(back)) - focus.depth
+    keys = np.rint(behind / focus.unit / DEPTH_QUANTUM).astype(np.float32)
     return Footprints(
         centers_px=project(p, camera).astype(np.float64),
         conics=np.stack([yy / det, -xy / det, xx / det], 1),
@@ -277,7 +299,9 @@ def scene_footprints(
         w = np.ones(len(level.surfels))
         if modulation:
             w = level_weights(scene, level.index, level.surfels, camera, blend == "transmittance")
-        parts.append(footprints(level.surfels, level.frame, camera, w, focus, level.index))
+        parts.append(
+            footprints(level.surfels, level.frame, camera, w, focus, level.index, setback(level.camera))
+        )
     return Footprints.concatenate(parts or [_no_footprints(camera)])
 
 

@@ -39,7 +39,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from wzviewer.core.reference import DEPTH_QUANTUM, Focus, depth_row
+from wzviewer.core.reference import DEPTH_QUANTUM, Focus
 from wzviewer.errors import ContextError
 from wzviewer.gl.order import Run, UIntArray
 from wzviewer.gl.records import INT16_STEPS, RECORD_BYTES
@@ -148,7 +148,7 @@ def slice_table(runs: Sequence[Run], focus: Focus) -> NDArray[Any]:
     owner = np.repeat(np.arange(len(runs)), num_slices)
     place = TILE * (np.arange(len(owner)) - np.repeat(np.cumsum(num_slices) - num_slices, num_slices))
     firsts = np.array([run.first_record for run in runs], np.int64)
-    rows = np.array([depth_row(run.view, run.frame, focus) for run in runs], np.float32).reshape(-1, 4)
+    rows = np.array([run.depth_row(focus) for run in runs], np.float32).reshape(-1, 4)
     table = np.zeros(len(owner), SLICE_DTYPE)
     table["first_record"] = table["place"] = firsts[owner] + place
     table["count"] = np.minimum(lengths[owner] - place, TILE)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wzviewer.core.anchor import AnchoredView, LevelFrame
-from wzviewer.core.reference import DEPTH_QUANTUM, Focus, depth_row
+from wzviewer.core.reference import DEPTH_QUANTUM, Focus, depth_row, setback
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray
@@ -64,21 +64,22 @@ class Run:
         """The level's frame."""
         return self.level.frame
 
+    def depth_row(self, focus: Focus) -> FloatArray:
+        """Returns `core.reference.depth_row` of the run, (4,) float32."""
+        return depth_row(self.view, self.frame, focus, setback(self.level.camera))
+
     def records(self) -> UIntArray:
         """Record numbers, (n,)."""
         return np.arange(self.first_record, self.first_record + len(self), dtype=np.uint32)
 
 
-def relative_depths(columns: FloatArray, view: AnchoredView, frame: LevelFrame, focus: Focus) -> FloatArray:
+def relative_depths(columns: FloatArray, row: FloatArray) -> FloatArray:
     """Depth behind the focus in the focus's pixels, quantised, (n,) float32.
 
     Args:
         columns: (3, n) means of one level as columns.
-        view: the rendering camera about the level's anchor.
-        frame: the level's frame.
-        focus: of the rendered view.
+        row: (4,) float32, `Run.depth_row`.
     """
-    row = depth_row(view, frame, focus)
     depth = row[0] * columns[0]
     depth += row[1] * columns[1]
     depth += row[2] * columns[2]
@@ -114,7 +115,7 @@ def order_places(runs: Sequence[Run], focus: Focus) -> UIntArray:
     depth = np.empty(sum(len(run) for run in runs), np.float32)
     start = 0
     for run in runs:
-        depth[start : start + len(run)] = relative_depths(run.columns, run.view, run.frame, focus)
+        depth[start : start + len(run)] = relative_depths(run.columns, run.depth_row(focus))
         start += len(run)
     return front_to_back(depth)
 

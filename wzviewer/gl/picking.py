@@ -13,7 +13,7 @@ from wzviewer.core.anchor import DEPTH_FLOOR
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import LOW_PASS_PX2
 from wzviewer.core.opacity import weights
-from wzviewer.core.reference import Blend, Footprints, composite, focus_of, footprints
+from wzviewer.core.reference import Blend, Footprints, composite, focus_of, footprints, setback
 from wzviewer.core.types import BoolArray, IntArray
 from wzviewer.gl.cull import EXTENT_SIGMAS, MARGIN_PX
 from wzviewer.gl.order import Run
@@ -61,7 +61,9 @@ def _footprints(states: LevelStates, selection: Selection, camera: Camera, blend
         if acting is not None:
             arrays = (surfels.means, surfels.native_scales, surfels.coverage)
             w = weights(*arrays, view, acting, blend == "transmittance").astype(np.float64)
-        parts.append(footprints(surfels, state.level.frame, camera, w, focus, index))
+        parts.append(
+            footprints(surfels, state.level.frame, camera, w, focus, index, setback(state.level.camera))
+        )
     return Footprints.concatenate(parts).ordered() if parts else None
 
 

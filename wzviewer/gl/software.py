@@ -15,7 +15,6 @@ import moderngl
 import numpy as np
 
 from wzviewer.core.camera import Camera
-from wzviewer.core.reference import depth_row
 from wzviewer.core.types import ByteArray, FloatArray, IntArray
 from wzviewer.gl.blit import Blit
 from wzviewer.gl.context import GlContext
@@ -188,7 +187,7 @@ class SoftwareRasterizer:
         for index, level in selection.seen.items():
             texels = None if level.modulation is None else level.modulation.texels(not is_linear)
             view, source = selection.views[index], level.runs[0].source  # all runs are of one set
-            row = depth_row(view, level.runs[0].frame, selection.focus)
+            row = level.runs[0].depth_row(selection.focus)
             pieces = [(run.piece, self._kernels.weights_of(run.is_plain)) for run in level.runs]
             splatter.add(source.surfels, view, row, pieces, texels, None, settings.contribution_min)
         projected = time.perf_counter()

@@ -10,7 +10,7 @@ from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.constants import WEIGHT_MIN
 from wzviewer.core.opacity import Cover, Modulation, ramp_start, stored_coverage, weights
-from wzviewer.core.reference import Blend
+from wzviewer.core.reference import Blend, setback
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
@@ -86,7 +86,8 @@ def _visible_part(path: Sequence[Level], position: int, camera: Camera, blend: B
     weight = weights(*arrays, view, modulation, blend == "transmittance")
     keep = weight > WEIGHT_MIN
     frame = level.frame
-    return LevelPart(surfels.take(keep), frame.origin, frame.axes, frame.unit, weight[keep])
+    back = setback(level.camera)
+    return LevelPart(surfels.take(keep), frame.origin, frame.axes, frame.unit, weight[keep], back)
 
 
 def coverage_of(path: Sequence[Level], camera: Camera, frame: LevelFrame, means: FloatArray) -> FloatArray:

@@ -37,6 +37,7 @@ class LevelPart:
         axes: (3, 3) float64, rows are the local axes in the world.
         unit: world units per local unit.
         weights: (n,) Eq. 3 weight of every surfel, or None for 1.
+        back: the level's `core.reference.setback`; of one level by itself it changes nothing.
     """
 
     surfels: Surfels
@@ -44,6 +45,7 @@ class LevelPart:
     axes: DoubleArray
     unit: float
     weights: FloatArray | None = None
+    back: float = 0.0
 
     @classmethod
     def of(cls, surfels: Surfels, frame: LevelFrame, weights: FloatArray | None = None) -> "LevelPart":
@@ -97,7 +99,8 @@ def render(
     size = (slice(0, camera.height), slice(0, camera.width))
     with KERNELS:
         for part, view in zip(parts, views, strict=True):
-            splatter.add(part.surfels, view, depth_row(view, part.frame, focus), weights=part.weights)
+            row = depth_row(view, part.frame, focus, part.back)
+            splatter.add(part.surfels, view, row, weights=part.weights)
         splatter.sort()
         planes = splatter.draw(background, blend == "linear")
         color = np.ascontiguousarray(planes.color[:, *size].transpose(1, 2, 0))

@@ -23,7 +23,7 @@ Check = Callable[[], None]
 def register_depth(draft: Draft, models: Synthesizer, seed: int, check: Check) -> Draft:
     """Stage 2: D_{i+1} agrees with the coarser level (lines 21, 22; Eq. 5)."""
     focal_px = draft.camera.focal_px
-    image = draft.image if draft.ground is None else draft.ground
+    image = draft.extra.get("unshaded", draft.image if draft.ground is None else draft.ground)
     reading = models.depth.read(image)
     check()
     registration = register(

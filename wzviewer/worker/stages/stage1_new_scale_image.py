@@ -230,6 +230,9 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     shared = (edit, draft.image, support, seed)
     result = models.editor.apply(*shared, check=check, ground=draft.ground)
     placements = [placement.to_dict() for placement in result.placements]
+    if not edit.changes:  # an object's shadow, read as shading, would hollow out its ground
+        unshaded = draft.image if draft.ground is None else draft.ground
+        draft = replace(draft, extra={**draft.extra, "unshaded": unshaded})
     draft = _with_objects(draft, result)
     notes = {**draft.notes, "placements": placements}
     if result.places:
