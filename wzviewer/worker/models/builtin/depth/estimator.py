@@ -14,6 +14,7 @@ from safetensors.torch import load
 
 from wzviewer.core.constants import SKY_DEPTH
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.worker.models.builtin.depth.figures import find_figures, stand_figures
 from wzviewer.worker.models.builtin.depth.grid import BilateralGrid
 from wzviewer.worker.models.builtin.depth.macro import focus_disparity, focus_ratio, macro_gate
 from wzviewer.worker.models.builtin.depth.network import STRIDE, DepthNetwork
@@ -211,7 +212,10 @@ def _refine(disparity: FloatArray, sky: Sky, stands: FloatArray, picture: Pyrami
     ground = d[~soft]
     d = d / max(float(np.percentile(ground, 98)) if ground.size else 1.0, 1e-6)
     labels = segment((picture.half / np.float32(255)).astype(np.float32), max(d.shape), 0.8, 250, 120)
-    d = stand_up(d, soft, labels, stands, picture.half)
+    figures = find_figures(picture.half, soft)
+    labels = np.where(figures > 0, labels.max() + figures, labels).astype(np.int32)
+    d = stand_up(d, soft, labels, stands, picture.half, figures > 0)
+    d = stand_figures(d, figures)
     d = segment_planes(d, soft, labels)
     d = extend_under(d, soft)
     d = cv2.bilateralFilter(d, 9, 0.06, 4)

@@ -20,13 +20,14 @@ from wzviewer.core.types import BoolArray, ByteArray, DoubleArray, FloatArray, I
 
 STANDS, LIES = 0.70, 0.92  # shares of the ground's slope: below the one and above the other it is sure
 LEAST_SLOPE = 0.35  # ground disparity over the picture's height; flatter is no ground seen from above
-HOLD_GROUND, HOLD_STANDING = 0.05, 0.00006
+HOLD_GROUND, HOLD_STANDING, HOLD_STIFF = 0.05, 0.00006, 0.0003
 OPEN_EDGE, SAME_KIND_EDGE = 0.001, 0.35  # weights across segment borders
 WIDE = (0.38, 0.29)  # height over width below which a segment lies rather than stands
 TALL, SLIM_BONUS = (1.2, 1.8), 0.25  # and above which less of a hint is enough
 OPINION, VETO = 0.6, 0.08  # how far the network's opinion moves the decision; brown huts look like earth
 PRESSED, PRESSED_SLACK = 0.6, 0.15  # the same for each e-fold of foreshortening, beyond a slack
-SWEEPS, OVER_RELAXATION = 160, 1.9
+STIFF = 10.0  # under the sky, weight of a slope inside what stands: its sides may bend before it leans
+SWEEPS, OVER_RELAXATION = 80, 1.85
 
 
 def stand_up(
@@ -35,6 +36,7 @@ def stand_up(
     labels: IntArray,
     stands: FloatArray | None = None,
     image: ByteArray | None = None,
+    apart: BoolArray | None = None,
 ) -> FloatArray:
     """Removes the ground's slope from what stands.
 
@@ -44,6 +46,7 @@ def stand_up(
         labels: (h, w) segments 0..n-1.
         stands: the network's probability that a pixel belongs to something upright, any size.
         image: (h, w, 3) u8 RGB, for its foreshortening.
+        apart: (h, w) bool, what stands for another reason and is left on the ground here.
 
     Returns:
         (h, w); `d` itself where no ground is seen from above.
@@ -59,6 +62,8 @@ def stand_up(
     opinion = np.full_like(small, 0.5) if stands is None else _opinion(_at(stands, size), hidden, parts)
     texture = np.zeros_like(small) if image is None else unpressed(image, parts)
     kept = _decided(share, OPINION * np.maximum(opinion - 0.5, -VETO) + texture, tall_shapes(parts))
+    if apart is not None:
+        kept = np.maximum(kept, _at(apart.astype(np.float32), size))
     change = _reassembled(small, hidden, parts, kept) - small
     change[hidden] = 0
     return (d + cv2.resize(change, (w, h), interpolation=cv2.INTER_LINEAR)).astype(np.float32)
@@ -162,8 +167,12 @@ def _reassembled(d: FloatArray, sky: BoolArray, labels: IntArray, kept: FloatArr
     weight_y[sky[1:] | sky[:-1]] = 0
     weight_x[sky[:, 1:] | sky[:, :-1]] = 0
     share = np.minimum(kept[1:], kept[:-1])
+    outdoors = bool(sky.any())  # in a room also seats and tables are taken for standing
+    stiff = STIFF if outdoors else 1.0
+    weight_y *= np.where(border_y & ~foot, 1.0, 1.0 + (stiff - 1.0) * (1.0 - share))
     target_y = np.where(down > 0, share * down, down)
-    hold = HOLD_STANDING + (HOLD_GROUND - HOLD_STANDING) * kept
+    loose = HOLD_STIFF if outdoors else HOLD_STANDING
+    hold = loose + (HOLD_GROUND - loose) * kept
     hold[sky] = 1.0
     arrays = (d, target_y, across, weight_y, weight_x, hold)
     solved = np.ascontiguousarray(d, np.float32).copy()
@@ -181,27 +190,31 @@ def _relax(
     hold: FloatArray,
     solved: FloatArray,
 ) -> None:
-    """Successive over-relaxation of the normal equations, in place."""
+    """Relaxation of the normal equations column by column, in place: slopes are stiff along columns."""
     h, w = d.shape
+    below = np.empty(h, np.float32)  # a column's elimination: coefficient and right-hand side
+    right = np.empty(h, np.float32)
     for _ in range(SWEEPS):
-        for i in range(h):
-            for j in range(w):
+        for j in range(w):
+            for i in range(h):
                 mass = hold[i, j]
                 total = hold[i, j] * d[i, j]
+                if j > 0:
+                    mass += weight_x[i, j - 1]
+                    total += weight_x[i, j - 1] * (solved[i, j - 1] + target_x[i, j - 1])
+                if j + 1 < w:
+                    mass += weight_x[i, j]
+                    total += weight_x[i, j] * (solved[i, j + 1] - target_x[i, j])
+                if i + 1 < h:
+                    mass += weight_y[i, j]
+                    total -= weight_y[i, j] * target_y[i, j]
                 if i > 0:
                     a = weight_y[i - 1, j]
-                    mass += a
-                    total += a * (solved[i - 1, j] + target_y[i - 1, j])
-                if i + 1 < h:
-                    a = weight_y[i, j]
-                    mass += a
-                    total += a * (solved[i + 1, j] - target_y[i, j])
-                if j > 0:
-                    a = weight_x[i, j - 1]
-                    mass += a
-                    total += a * (solved[i, j - 1] + target_x[i, j - 1])
-                if j + 1 < w:
-                    a = weight_x[i, j]
-                    mass += a
-                    total += a * (solved[i, j + 1] - target_x[i, j])
-                solved[i, j] += np.float32(OVER_RELAXATION) * (total / mass - solved[i, j])
+                    mass += a * (1 - below[i - 1])
+                    total += a * (target_y[i - 1, j] + right[i - 1])
+                below[i] = weight_y[i, j] / mass if i + 1 < h else np.float32(0)
+                right[i] = total / mass
+            value = np.float32(0)
+            for i in range(h - 1, -1, -1):
+                value = right[i] + below[i] * value
+                solved[i, j] += np.float32(OVER_RELAXATION) * (value - solved[i, j])
