@@ -2,7 +2,9 @@
 
 ::
 
-    means, quats, scales, opacities          one row a surfel, level-local
+    image, relief ── lifting.lift ──► Surfels
+                                         │
+    means, quats, scales, opacities ◄────┘   one row a surfel, level-local
           │ projection.project               screen centre, conic, opacity, half extents
           ▼
     projected (n, 8) ── binning.depth_keys ──► sort ──► order       front to back, once per view
