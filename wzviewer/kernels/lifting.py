@@ -1,4 +1,6 @@
-"""Pixels to surfels: twin of `core.lift.lift` in compiled loops (a picture of 783 k pixels: 0.16 s of one core, not 0.5).
+"""Pixels to surfels: twin of `core.lift.lift` in compiled loops.
+
+A picture of 783 k pixels takes 0.16 s of one core; in numpy, 0.50.
 
 ::
 
