@@ -169,7 +169,7 @@ def test_small_footprints_are_left_out_as_numpy_says(limit):
     view = AnchoredView.expand(camera, scene[0].frame)
     rows = np.empty((n, 8), np.float32)
     arrays = (surfels.means, surfels.quats, surfels.scales, surfels.opacities)
-    projection.project(*arrays, projection.view_vector(view), 64, 48, 1e7, rows)
+    projection.project_range(*arrays, projection.view_vector(view), 64, 48, 1e7, rows, 0, len(rows), 0)
     splatter = Splatter()
     splatter.begin(n, 64, 48)
     splatter.add(

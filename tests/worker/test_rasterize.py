@@ -12,7 +12,8 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.lift import lift
 from wzviewer.core.surfels import Surfels
 from wzviewer.kernels.chain import opacity_variable
-from wzviewer.worker.objective import SurfelObjective
+from wzviewer.kernels.elementary import BLOCK
+from wzviewer.worker.objective import AdamState, SurfelObjective
 from wzviewer.worker.rasterize import LevelPart, render
 
 
@@ -223,7 +224,7 @@ def test_gradients_are_those_of_the_twin(size):
     target = np.random.default_rng(9).random((size[1], size[0], 3)).astype(np.float32)
     objective = objective_of(splats, frame)
     background = (0.3, 0.6, 0.1)
-    value, gradients = objective.render_with_gradient(objective.prepare(camera, target), background)
+    value, gradients = objective.gradient(objective.prepare(camera, target), background)
     image = splat_twin.render(splats, camera, frame, background)[0]
     # measured 2e-8
     assert value == pytest.approx(splat_twin.loss(image, target.astype(float)), rel=1e-6)
@@ -235,17 +236,52 @@ def test_gradients_are_those_of_the_twin(size):
         assert error < 5e-5, name  # measured 3e-6, 9e-7 and 8e-7
 
 
+def test_a_step_is_one_of_adam_down_the_gradient():
+    camera, frame = camera_and_frame()
+    splats = random_splats(n=40, seed=6)
+    target = np.random.default_rng(1).random((29, 37, 3)).astype(np.float32)
+    objective, rates = objective_of(splats, frame), (0.01, 0.03, 0.2)
+    state, view, kept = AdamState(40, rates), objective.prepare(camera, target), np.arange(40) % 5 == 0
+    before = [v.copy() for v in (objective.quats, objective.log_scales, objective.x)]
+    _, slopes = objective.gradient(view)
+    objective.descend(view, state, kept=kept)
+    after = (objective.quats, objective.log_scales, objective.x)
+    moved = np.zeros(40, bool)
+    for old, new, slope, rate in zip(before, after, vars(slopes).values(), rates, strict=True):
+        slope = np.where(kept.reshape(-1, *[1] * (slope.ndim - 1)), 0, slope)
+        # the first step is the rate itself, whatever the slope: one part in a thousand of it is rounding
+        assert np.allclose(old - new, rate * np.sign(slope), atol=1e-3 * rate)
+        moved |= slope.reshape(40, -1).any(1)
+    assert moved.sum() > 20
+
+
+def test_what_a_view_does_not_see_stays():
+    camera = Camera.initial(144, 96)  # 13 824 surfels: four blocks
+    frame = LevelFrame.of_camera(camera, 1.0)
+    image = np.random.default_rng(2).random((96, 144, 3)).astype(np.float32)
+    objective = SurfelObjective(lift(image, np.zeros((96, 144), np.float32), camera), frame)
+    crop = objective.prepare(camera.zoomed_to_region(0.9, 0.9, 8.0), image)
+    assert 0 < len(crop.order) < 900  # measured 560
+    assert crop.blocks.tolist() == [2, 3]
+    before, state = objective.x.copy(), AdamState(len(objective.x), (0.01, 0.03, 0.2))
+    for _ in range(2):
+        objective.descend(crop, state)
+    changed = np.flatnonzero(objective.x != before)
+    assert len(changed) > 100
+    assert set(changed // BLOCK) == {2, 3}
+
+
 def test_masked_pixels_pull_at_nothing():
     camera, frame = camera_and_frame()
     splats = random_splats(n=30, seed=4)
     objective = objective_of(splats, frame)
     mask = np.zeros((29, 37), bool)
     target = np.random.default_rng(1).random((29, 37, 3)).astype(np.float32)
-    _, gradients = objective.render_with_gradient(objective.prepare(camera, target, mask))
+    _, gradients = objective.gradient(objective.prepare(camera, target, mask))
     assert not gradients.x.any()
     mask[:, :20] = True
     pulled = [target, np.where(mask[..., None], target, 0).astype(np.float32)]
-    results = [objective.render_with_gradient(objective.prepare(camera, t, mask))[1].x for t in pulled]
+    results = [objective.gradient(objective.prepare(camera, t, mask))[1].x for t in pulled]
     assert np.linalg.norm(results[0]) > 1e-4
     # the window of a known pixel still sees the target beyond the mask, as a perfect match
     assert np.linalg.norm(results[0] - results[1]) < 0.2 * np.linalg.norm(results[0])
@@ -271,7 +307,7 @@ def test_bytes_do_not_depend_on_the_number_of_threads():
         for count in (1, 2):
             numba.set_num_threads(count)
             objective = SurfelObjective(surfels, frame)
-            value, g = objective.render_with_gradient(objective.prepare(camera, target))
+            value, g = objective.gradient(objective.prepare(camera, target))
             weights = np.full(len(surfels), 0.6, np.float32)
             seen = render([LevelPart.of(surfels, frame, weights)], camera)
             runs.append([np.float64(value), g.quats, g.log_scales, g.x, seen.color, seen.relief])

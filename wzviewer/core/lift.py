@@ -21,8 +21,8 @@ from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 THREADS = 2
 BLOCK_PX = 128  # surfels come in blocks of the image, so that a run of them is near in space
 TEAR_SLOPE = 30.0  # native px of depth per px: steeper is an edge between two things (3 % of z at f 1024)
-_COS_FLOOR = 1e-3  # keeps the tangents of an edge-on surface finite
-_RANGE_MIN = 1e-9  # of z / z0
+COS_FLOOR = 1e-3  # keeps the tangents of an edge-on surface finite
+RANGE_MIN = 1e-9  # of z / z0
 
 
 def normals_from_relief(
@@ -56,7 +56,7 @@ def normals_from_relief(
 def _parallax(relief: FloatArray, focal_px: float) -> FloatArray:
     """Q = -delta / (1 + delta / f), native px; nan where undefined or at the camera."""
     z = 1 + relief / np.float32(focal_px)
-    z = np.where(z > np.float32(_RANGE_MIN), z, np.float32(np.nan))
+    z = np.where(z > np.float32(RANGE_MIN), z, np.float32(np.nan))
     return (-relief / z).astype(np.float32)
 
 
@@ -134,7 +134,7 @@ def lift(
 
     def lifted(block: tuple[slice, slice]) -> tuple[DoubleArray | FloatArray, ...]:
         delta = relief[block].astype(np.float64)
-        kept = 1 + delta / camera.focal_px > _RANGE_MIN  # false for nan
+        kept = 1 + delta / camera.focal_px > RANGE_MIN  # false for nan
         if mask is not None:
             kept &= mask[block]
         rows, columns = np.nonzero(kept)
@@ -242,7 +242,7 @@ def _tangents(
     n = np.where(np.isnan(normals), np.array([0.0, 0.0, -1.0]), normals).T
     rays = np.stack([ray_x, ray_y, np.ones_like(ray_x)])
     facing = (n * rays).sum(0)
-    floor = _COS_FLOOR * np.sqrt((rays * rays).sum(0))
+    floor = COS_FLOOR * np.sqrt((rays * rays).sum(0))
     facing = np.where(facing > 0, np.maximum(facing, floor), np.minimum(facing, -floor))
     e_x, e_y = -rays * (n[0] / facing), -rays * (n[1] / facing)
     e_x[0] += 1

@@ -2,8 +2,10 @@
 
 ::
 
-    means, quats, scales, opacities          one row a surfel, level-local
-          │ projection.project               screen centre, conic, opacity, half extents
+    image, relief ── lifting.lift ──► Surfels
+                                         │
+    means, quats, scales, opacities ◄────┘   one row a surfel, level-local
+          │ projection.project_range         screen centre, conic, opacity, half extents
           ▼
     projected (n, 8) ── binning.depth_keys ──► sort ──► order       front to back, once per view
           │ binning.bin_tiles                lists of 8x8 tiles, each front to back
@@ -12,8 +14,8 @@
           │            forward.median_relief ──► depth where the transmittance crosses 0.5
           │ loss.ssim_partials, loss.loss_gradient      0.8 L1 + 0.2 D-SSIM against a target
           ▼
-    backward.accumulate ──► dL/d(conic, opacity) ── chain.chain ──► dL/d(quat, log scale, x)
-                                                         │ adam.adam_step
+    backward.accumulate ──► dL/d(conic, opacity) ── chain.chain_range ──► dL/d(quat, log scale, x)
+                                                         │ adam.adam_range, both in stepping.descend
                                                          ▼
                                                     the next quats, scales, opacities
 

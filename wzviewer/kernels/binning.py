@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from wzviewer.core.reference import DEPTH_QUANTUM
 from wzviewer.core.types import FloatArray
 from wzviewer.kernels.elementary import BLOCK, FLAGS, HALF, ZERO
+from wzviewer.kernels.projection import is_near, row_norms
 
 TILE = 8  # px: one AVX register wide
 RUNS = 8
 STEPS = np.float32(1.0 / DEPTH_QUANTUM)
 NOWHERE = np.uint64(0xFFFFFFFFFFFFFFFF)  # the span of a surfel that touches no tile
 SIXTEEN_BITS = np.uint64(0xFFFF)
+GROWN = np.float32(2.0)  # so many times as large may surfels become while they are optimised
 
 Keys = NDArray[np.uint64]
 Indices = NDArray[np.uint32]
@@ -27,11 +29,51 @@ Spans = NDArray[np.uint64]  # first and last tile column, first and last tile ro
 Offsets = NDArray[np.int64]
 
 
-def front_to_back(projected: FloatArray, means: FloatArray, depth_row: FloatArray) -> Indices:
-    """Returns the visible surfels of one part, nearest first, ties by index; (m,) uint32."""
-    bits, keys = np.empty(len(projected), np.uint32), np.empty(len(projected), np.uint64)
-    _depth_bits(means, depth_row, bits)
-    return sorted_indices(keys[: visible_keys(projected, bits, keys)])
+def front_to_back(
+    means: FloatArray, scales: FloatArray, packed: FloatArray, depth_row: FloatArray, width: int, height: int
+) -> tuple[Indices, Offsets]:
+    """Orders what a camera may see of one set, even of surfels that have grown since.
+
+    Args:
+        means: (n, 3).
+        scales: (n, 2).
+        packed: (13,) from `projection.view_vector`.
+        depth_row: (4,) from `core.reference.depth_row`.
+        width: image width, px.
+        height: image height, px.
+
+    Returns:
+        (m,) uint32 nearest first, ties by index; and (k,) the blocks of `BLOCK` surfels that hold them.
+    """
+    keys = np.empty(len(means), np.uint64)
+    counts = np.zeros(-(-len(means) // BLOCK), np.int64)
+    _keys_in_view(means, scales, packed, depth_row, width, height, keys, counts)
+    blocks = np.flatnonzero(counts)
+    runs = [keys[b * BLOCK : b * BLOCK + counts[b]] for b in blocks]
+    return sorted_indices(np.concatenate([keys[:0], *runs])), blocks
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
+def _keys_in_view(
+    means: FloatArray,
+    scales: FloatArray,
+    packed: FloatArray,
+    depth_row: FloatArray,
+    width: int,
+    height: int,
+    keys: Keys,
+    counts: Offsets,
+) -> None:
+    """Writes the keys of each block from its start on, and how many."""
+    nx, ny, ng = row_norms(packed)
+    size = (np.float32(width), np.float32(height))
+    for block in numba.prange(counts.size):
+        at = block * BLOCK
+        for i in range(block * BLOCK, min((block + 1) * BLOCK, means.shape[0])):
+            if is_near(means, scales, packed, size[0], size[1], nx, ny, ng, GROWN, i):
+                keys[at] = np.uint64(depth_bits(means, depth_row, i)) << np.uint64(32) | np.uint64(i)
+                at += 1
+        counts[block] = at - block * BLOCK
 
 
 def sorted_indices(keys: Keys) -> Indices:
@@ -73,13 +115,6 @@ def depth_bits(means: FloatArray, depth_row: FloatArray, i: int) -> np.uint32:
 
 
 @numba.njit(cache=True, nogil=True, parallel=True)
-def _depth_bits(means: FloatArray, depth_row: FloatArray, bits: Indices) -> None:
-    for block in numba.prange((means.shape[0] + BLOCK - 1) // BLOCK):
-        for i in range(block * BLOCK, min((block + 1) * BLOCK, means.shape[0])):
-            bits[i] = depth_bits(means, depth_row, i)
-
-
-@numba.njit(cache=True, nogil=True, parallel=True)
 def _count_visible(projected: FloatArray, counts: Offsets) -> None:
     for block in numba.prange(counts.size):
         count = 0
@@ -107,18 +142,25 @@ def pixel_span(centre: np.float32, half: np.float32, size: int) -> tuple[np.int6
     return np.int64(low), np.int64(high)
 
 
-@numba.njit(cache=True, nogil=True, parallel=True, fastmath=FLAGS)
+@numba.njit(fastmath=FLAGS)
+def span_range(projected: FloatArray, width: int, height: int, spans: Spans, first: int, last: int) -> None:
+    """Writes which tiles the surfels [first, last) touch, (n,)."""
+    for i in range(first, last):
+        spans[i] = NOWHERE
+        if projected[i, 6] >= ZERO:
+            x0, x1 = pixel_span(projected[i, 0], projected[i, 6], width)
+            y0, y1 = pixel_span(projected[i, 1], projected[i, 7], height)
+            if x1 >= x0 and y1 >= y0:
+                columns = np.uint64(x0 // TILE) | np.uint64(x1 // TILE) << np.uint64(16)
+                rows = np.uint64(y0 // TILE) | np.uint64(y1 // TILE) << np.uint64(16)
+                spans[i] = columns | rows << np.uint64(32)
+
+
+@numba.njit(cache=True, nogil=True, parallel=True)
 def _tile_spans(projected: FloatArray, width: int, height: int, spans: Spans) -> None:
-    for block in numba.prange((projected.shape[0] + BLOCK - 1) // BLOCK):
-        for i in range(block * BLOCK, min((block + 1) * BLOCK, projected.shape[0])):
-            spans[i] = NOWHERE
-            if projected[i, 6] >= ZERO:
-                x0, x1 = pixel_span(projected[i, 0], projected[i, 6], width)
-                y0, y1 = pixel_span(projected[i, 1], projected[i, 7], height)
-                if x1 >= x0 and y1 >= y0:
-                    columns = np.uint64(x0 // TILE) | np.uint64(x1 // TILE) << np.uint64(16)
-                    rows = np.uint64(y0 // TILE) | np.uint64(y1 // TILE) << np.uint64(16)
-                    spans[i] = columns | rows << np.uint64(32)
+    n = projected.shape[0]
+    for block in numba.prange((n + BLOCK - 1) // BLOCK):
+        span_range(projected, width, height, spans, block * BLOCK, min((block + 1) * BLOCK, n))
 
 
 @numba.njit(cache=True, nogil=True, parallel=True)
@@ -188,9 +230,15 @@ def bin_tiles(projected: FloatArray, order: Indices, width: int, height: int) ->
     Returns:
         starts (tiles + 1,) int64, tiles row-major, and members (pairs,) uint32.
     """
-    columns, rows = -(-width // TILE), -(-height // TILE)
-    spans, ordered = np.empty(len(projected), np.uint64), np.empty(len(order), np.uint64)
+    spans = np.empty(len(projected), np.uint64)
     _tile_spans(projected, width, height, spans)
+    return bin_spans(spans, order, width, height)
+
+
+def bin_spans(spans: Spans, order: Indices, width: int, height: int) -> tuple[Offsets, Indices]:
+    """`bin_tiles` from (n,) spans that `span_range` wrote; of surfels not in the order they may be stale."""
+    columns, rows = -(-width // TILE), -(-height // TILE)
+    ordered = np.empty(len(order), np.uint64)
     _in_order(spans, order, ordered)
     counts, starts = np.empty((RUNS, columns * rows), np.int64), np.empty(columns * rows + 1, np.int64)
     _count(ordered, columns, counts)

@@ -174,3 +174,12 @@ def median_index(
                         crosses = (t > HALF) & (after <= HALF)
                         index[y, x0 + k] = here if crosses else index[y, x0 + k]
                         through[y, x0 + k] = after
+
+
+@numba.njit(cache=True, nogil=True, parallel=True, fastmath=FLAGS)
+def put_over(behind: FloatArray, through: FloatArray, image: FloatArray) -> None:
+    """Adds what shines through an image (3, H, W) of a picture (3, H, W) behind it."""
+    for y in numba.prange(through.shape[0]):
+        for c in range(3):
+            for x in range(through.shape[1]):
+                image[c, y, x] += through[y, x] * behind[c, y, x]

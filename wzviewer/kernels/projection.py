@@ -16,7 +16,7 @@ import numpy as np
 from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.constants import ALPHA_CUT
 from wzviewer.core.types import FloatArray
-from wzviewer.kernels.elementary import BLOCK, CUT, LOG2_E, LOW_PASS, ONE, SAFE_FLAGS, TWO, ZERO, log2
+from wzviewer.kernels.elementary import CUT, LOG2_E, LOW_PASS, ONE, SAFE_FLAGS, TWO, ZERO, log2
 
 CULLED = np.float32(-1e6)
 VIEW_SIZE = 13  # gx gy g of `AnchoredView` with their constants (12), sign of a.z
@@ -77,6 +77,16 @@ def jacobian(means: FloatArray, view: FloatArray, i: int) -> tuple[np.float32, .
     )
 
 
+@numba.njit(fastmath=SAFE_FLAGS)
+def row_norms(view: FloatArray) -> tuple[np.float32, np.float32, np.float32]:
+    """Returns |gx|, |gy| and |g| of a view."""
+    return (
+        np.sqrt(view[0] * view[0] + view[1] * view[1] + view[2] * view[2]),
+        np.sqrt(view[4] * view[4] + view[5] * view[5] + view[6] * view[6]),
+        np.sqrt(view[8] * view[8] + view[9] * view[9] + view[10] * view[10]),
+    )
+
+
 @numba.njit(fastmath=SAFE_FLAGS, error_model="numpy")
 def may_be_seen(
     means: FloatArray, scales: FloatArray, view: FloatArray, width: int, height: int, first: int, last: int
@@ -86,24 +96,39 @@ def may_be_seen(
     A footprint reaches at most ``EXTENT sigma |d p / d u|``, and ``|d p / d u| <= (|gx| + |q| |g|) / D``.
     """
     w_px, h_px = np.float32(width), np.float32(height)
-    nx = np.sqrt(view[0] * view[0] + view[1] * view[1] + view[2] * view[2])
-    ny = np.sqrt(view[4] * view[4] + view[5] * view[5] + view[6] * view[6])
-    ng = np.sqrt(view[8] * view[8] + view[9] * view[9] + view[10] * view[10])
+    nx, ny, ng = row_norms(view)
     seen = 0
     for i in range(first, last):
-        u0, u1, u2 = means[i, 0], means[i, 1], means[i, 2]
-        D = ONE + view[8] * u0 + view[9] * u1 + view[10] * u2
-        front = D * view[12]
-        k = ONE / (D if front > _DEPTH_FLOOR else ONE)
-        qx = k * (view[0] * u0 + view[1] * u1 + view[2] * u2)
-        qy = k * (view[4] * u0 + view[5] * u1 + view[6] * u2)
-        reach = _REACH * max(scales[i, 0], scales[i, 1]) * abs(k)
-        x, y = qx + view[3], qy + view[7]
-        # the larger of the distances beyond the borders, against the reach and the low-pass
-        beyond_x = max(-x, x - w_px) - reach * (nx + abs(qx) * ng)
-        beyond_y = max(-y, y - h_px) - reach * (ny + abs(qy) * ng)
-        seen += (front > _DEPTH_FLOOR) & (max(beyond_x, beyond_y) < _LOW_PASS_REACH_PX)
+        seen += is_near(means, scales, view, w_px, h_px, nx, ny, ng, ONE, i)
     return seen > 0
+
+
+@numba.njit(fastmath=SAFE_FLAGS, error_model="numpy")
+def is_near(
+    means: FloatArray,
+    scales: FloatArray,
+    view: FloatArray,
+    w_px: np.float32,
+    h_px: np.float32,
+    nx: np.float32,
+    ny: np.float32,
+    ng: np.float32,
+    grown: np.float32,
+    i: int,
+) -> bool:
+    """Whether a surfel, so many times as large, may touch the image; the norms are |gx|, |gy| and |g|."""
+    u0, u1, u2 = means[i, 0], means[i, 1], means[i, 2]
+    D = ONE + view[8] * u0 + view[9] * u1 + view[10] * u2
+    front = D * view[12]
+    k = ONE / (D if front > _DEPTH_FLOOR else ONE)
+    qx = k * (view[0] * u0 + view[1] * u1 + view[2] * u2)
+    qy = k * (view[4] * u0 + view[5] * u1 + view[6] * u2)
+    reach = _REACH * grown * max(scales[i, 0], scales[i, 1]) * abs(k)
+    x, y = qx + view[3], qy + view[7]
+    # the larger of the distances beyond the borders, against the reach and the low-pass
+    beyond_x = max(-x, x - w_px) - reach * (nx + abs(qx) * ng)
+    beyond_y = max(-y, y - h_px) - reach * (ny + abs(qy) * ng)
+    return (front > _DEPTH_FLOOR) & (max(beyond_x, beyond_y) < _LOW_PASS_REACH_PX)
 
 
 @numba.njit(fastmath=SAFE_FLAGS, error_model="numpy")
@@ -121,7 +146,22 @@ def project_range(
     last: int,
     row: int,
 ) -> None:
-    """Projects surfels [first, last) to the rows from ``row`` on; see `project`."""
+    """Projects surfels [first, last) to the rows from ``row`` on.
+
+    Args:
+        means: (n, 3) local positions.
+        quats: (n, 4) wxyz, any length.
+        scales: (n, 2) local units.
+        opacities: (n,).
+        view: (13,) from `view_vector`.
+        width: image width, px.
+        height: image height, px.
+        half_height_max: limit of the half extent in y, px.
+        projected: (rows, 8) float32, written; see the module docstring.
+        first: surfel.
+        last: surfel.
+        row: of the first surfel.
+    """
     w_px, h_px, reach_max = np.float32(width), np.float32(height), np.float32(half_height_max)
     for i in range(first, last):
         x, y, front, w00, w01, w02, w10, w11, w12 = jacobian(means, view, i)
@@ -152,50 +192,6 @@ def project_range(
         projected[row + i - first, 5] = o if seen else ZERO
         projected[row + i - first, 6] = hx if seen else CULLED
         projected[row + i - first, 7] = hy if seen else CULLED
-
-
-@numba.njit(cache=True, nogil=True, parallel=True)
-def project(
-    means: FloatArray,
-    quats: FloatArray,
-    scales: FloatArray,
-    opacities: FloatArray,
-    view: FloatArray,
-    width: int,
-    height: int,
-    half_height_max: float,
-    projected: FloatArray,
-) -> None:
-    """Fills ``projected`` (n, 8).
-
-    Args:
-        means: (n, 3) local positions.
-        quats: (n, 4) wxyz, any length.
-        scales: (n, 2) local units.
-        opacities: (n,).
-        view: (13,) from `view_vector`.
-        width: image width, px.
-        height: image height, px.
-        half_height_max: limit of the half extent in y, px.
-        projected: (n, 8) float32, written; see the module docstring.
-    """
-    n = means.shape[0]
-    for block in numba.prange((n + BLOCK - 1) // BLOCK):
-        first, last = block * BLOCK, min((block + 1) * BLOCK, n)
-        project_range(
-            means,
-            quats,
-            scales,
-            opacities,
-            view,
-            width,
-            height,
-            half_height_max,
-            projected,
-            first,
-            last,
-            first,
-        )
 
 
 @numba.njit(fastmath=SAFE_FLAGS)

@@ -6,10 +6,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from wzviewer.core.lift import lift
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
+from wzviewer.kernels.lifting import lift
 from wzviewer.worker.draft import Draft, coverage_of
 from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.describe import Context
@@ -61,13 +61,11 @@ def layer_surfels(draft: Draft) -> list[Surfels]:
 def _layer_surfels(layer: Layer, draft: Draft) -> Surfels:
     stride, camera = layer.stride, draft.camera
     if stride == 1:
-        return lift(
-            layer.image, layer.relief, camera, None, layer.mask, layer.sigma_px, offset_px=layer.offset_px
-        )
+        return lift(layer.image, layer.relief, camera, layer.mask, layer.sigma_px, offset_px=layer.offset_px)
     coarse = camera.resampled(camera.width // stride, camera.height // stride)
     x = np.float32(coarse.width / camera.width)
     offset = (layer.offset_px[0] // stride, layer.offset_px[1] // stride)
-    surfels = lift(layer.image, layer.relief * x, coarse, None, layer.mask, layer.sigma_px, offset_px=offset)
+    surfels = lift(layer.image, layer.relief * x, coarse, layer.mask, layer.sigma_px, offset_px=offset)
     return surfels.with_(means=surfels.means / x, scales=surfels.scales / x)
 
 

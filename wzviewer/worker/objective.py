@@ -4,8 +4,8 @@
 
     SurfelObjective(surfels, frame)
         .prepare(camera, target) ──► PreparedView      positions stay, so a view is sorted once
-        .render_with_gradient(view) ──► loss, Gradients
-              project ─ bin ─ composite ─ loss ─ accumulate ─ chain
+        .descend(view, adam) ──► loss
+              look ─ bin ─ composite ─ loss ─ accumulate ─ descend
         .result() ──► Surfels
 """
 
@@ -19,7 +19,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.reference import depth_row, focus_of
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
-from wzviewer.kernels import backward, binning, chain, forward, loss, projection
+from wzviewer.kernels import adam, backward, binning, chain, forward, loss, projection, stepping
 from wzviewer.kernels.elementary import KERNELS
 from wzviewer.kernels.splatting import VIEW_MAX
 from wzviewer.worker.rasterize import BLACK, padded_shape
@@ -33,6 +33,7 @@ class PreparedView:
         camera: the view.
         packed: (13,) view vector of the level's frame.
         order: (m,) uint32 surfels that may be seen, front to back.
+        blocks: (k,) int64 of the surfels in the order.
         target: (3, H, W), padded to whole tiles.
         mask: (H, W) 1 where the target is known.
         mean: (3, H, W) local mean of the target.
@@ -42,6 +43,7 @@ class PreparedView:
     camera: Camera
     packed: FloatArray
     order: binning.Indices
+    blocks: binning.Offsets
     target: FloatArray
     mask: FloatArray
     mean: FloatArray
@@ -57,6 +59,25 @@ class Gradients:
     x: FloatArray
 
 
+class AdamState:
+    """Moments of Adam for the three variables, and how many steps were taken.
+
+    Args:
+        n: surfels.
+        rates: of q, log s and x.
+    """
+
+    def __init__(self, n: int, rates: tuple[float, float, float]) -> None:
+        self.quats, self.scales, self.x = (np.zeros((2, n, *s), np.float32) for s in ((4,), (2,), ()))
+        self._rates, self._step = np.array(rates), 0
+
+    def next_step(self) -> tuple[FloatArray, np.float32]:
+        """Returns the rates (3,) and the factor of the second moments, both without their bias."""
+        self._step += 1
+        rates = self._rates / (1.0 - adam.BETA_1**self._step)
+        return rates.astype(np.float32), np.float32(1.0 / (1.0 - adam.BETA_2**self._step))
+
+
 @dataclass(eq=False)
 class _Workspace:
     """Arrays that every step reuses; planes by padded image size."""
@@ -66,6 +87,7 @@ class _Workspace:
     scales: FloatArray
     opacities: FloatArray
     conic_gradients: FloatArray
+    spans: binning.Spans
     planes: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = field(default_factory=dict)
 
     @classmethod
@@ -74,7 +96,7 @@ class _Workspace:
         shapes: tuple[tuple[int, ...], ...] = ((n, 8), (n,), (n, 2), (n,), (2, n, 4))
         rows, weights, scales, opacities, conics = (np.zeros(s, np.float32) for s in shapes)
         weights[:] = 1.0
-        return cls(rows, weights, scales, opacities, conics)
+        return cls(rows, weights, scales, opacities, conics, np.zeros(n, np.uint64))
 
     def planes_of(self, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """Returns (2, 3, H, W): image and gradient, and (2, H, W): S and T, for one image size."""
@@ -146,9 +168,11 @@ class SurfelObjective:
         packed = projection.view_vector(view)
         if not np.all(np.abs(packed) < VIEW_MAX):
             raise ValueError("the camera lies in the plane of the level's anchor")
+        row = depth_row(view, self.frame, focus_of(camera, [self.frame]))
+        where = (self.surfels.means, self.surfels.scales, packed, row)
         with KERNELS:
-            order = self._order(packed, camera, depth_row(view, self.frame, focus_of(camera, [self.frame])))
-        return PreparedView(camera, packed, order, aim, known, mean, variance)
+            order, blocks = binning.front_to_back(*where, camera.width, camera.height)
+        return PreparedView(camera, packed, order, blocks, aim, known, mean, variance)
 
     def _statistics(self, target: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Local mean and variance (3, h, w) of a target, as SSIM sees them."""
@@ -158,15 +182,6 @@ class SurfelObjective:
     def _blurred(self, plane: FloatArray) -> FloatArray:
         return cv2.sepFilter2D(plane, -1, self._window, self._window, borderType=cv2.BORDER_CONSTANT)
 
-    def _order(self, packed: FloatArray, camera: Camera, depth_row: FloatArray) -> binning.Indices:
-        """Sorts the surfels in front of the camera that touch the image, or may once they have grown."""
-        work, n = self._work, len(self.surfels)
-        grown, opaque = self.surfels.scales * np.float32(2.0), np.full(n, 0.99, np.float32)
-        where = (self.surfels.means, self.surfels.quats, grown, opaque)
-        size, reach_px = (camera.width, camera.height), backward.HALF_HEIGHT_MAX_PX
-        projection.project(*where, packed, *size, reach_px, work.rows)
-        return binning.front_to_back(work.rows, self.surfels.means, depth_row)
-
     def render(self, view: PreparedView, background: Background = BLACK) -> FloatArray:
         """Renders a prepared view, (3, H, W) padded; the array is reused by the next call."""
         with KERNELS:
@@ -174,43 +189,66 @@ class SurfelObjective:
         return self._work.planes_of(view.mask.shape)[0][0]
 
     def _forward(self, view: PreparedView, background: Background) -> tuple[binning.Offsets, binning.Indices]:
-        work, camera = self._work, view.camera
-        chain.activate(self.log_scales, self.x, work.scales, work.opacities)
-        values = (self.surfels.means, self.quats, work.scales, work.opacities)
-        size, reach_px = (camera.width, camera.height), backward.HALF_HEIGHT_MAX_PX
-        projection.project(*values, view.packed, *size, reach_px, work.rows)
-        lists = binning.bin_tiles(work.rows, view.order, *size)
+        work, size = self._work, (view.camera.width, view.camera.height)
+        values = (self.surfels.means, self.quats, self.log_scales, self.x)
+        out = (work.scales, work.opacities, work.rows, work.spans)
+        stepping.look(*values, view.packed, *size, backward.HALF_HEIGHT_MAX_PX, view.blocks, *out)
+        lists = binning.bin_spans(work.spans, view.order, *size)
         (image, _), (_, through) = work.planes_of(view.mask.shape)
         color = np.asarray(background if isinstance(background, tuple) else BLACK, np.float32)
         forward.composite(work.rows, self.colors, work.weights, False, *lists, color, *image, through)
         if not isinstance(background, tuple):
-            np.add(image, through * background, out=image)
+            forward.put_over(background, through, image)
         return lists
 
-    def render_with_gradient(
-        self, view: PreparedView, background: Background = BLACK
-    ) -> tuple[float, Gradients]:
-        """Returns the loss of a view and its gradient.
+    def _accumulate(self, view: PreparedView, background: Background) -> float:
+        """Returns the loss of a view and keeps what its gradient is by conics and opacities.
 
         Surfels taller than 112 px are cut off there, as the backward pass needs it.
+        """
+        work = self._work
+        (image, d_image), (behind, through) = work.planes_of(view.mask.shape)
+        lists = self._forward(view, background)
+        value = self._loss(view, image, d_image)
+        pairs = (work.rows, self.colors, *lists)
+        backward.accumulate(*pairs, image, d_image, behind, through, work.conic_gradients)
+        return value
+
+    def descend(
+        self,
+        view: PreparedView,
+        state: AdamState,
+        background: Background = BLACK,
+        kept: BoolArray | None = None,
+    ) -> float:
+        """Takes a step of Adam down the loss of a view, which is returned.
 
         Args:
-            view: from `prepare`.
+            view: from `prepare`; what it does not see stays.
+            state: of Adam, changed.
             background: sRGB colour behind everything, or a picture (3, H, W) padded like the target.
+            kept: (n,) surfels that stay, too.
         """
+        work, kept = self._work, np.zeros(len(self.surfels), np.bool_) if kept is None else kept
+        variables = (self.surfels.means, self.quats, self.log_scales, self.x)
+        moments = (state.quats, state.scales, state.x)
+        with KERNELS:
+            value = self._accumulate(view, background)
+            slopes = (view.packed, work.scales, work.rows, work.conic_gradients)
+            stepping.descend(*variables, *slopes, view.blocks, kept, *state.next_step(), *moments)
+        return value
+
+    def gradient(self, view: PreparedView, background: Background = BLACK) -> tuple[float, Gradients]:
+        """Returns the loss of a view and its gradient; arguments as of `descend`."""
         n, work = len(self.surfels), self._work
         shapes: list[tuple[int, ...]] = [(n, 4), (n, 2), (n,)]
-        gradients = Gradients(*(np.empty(s, np.float32) for s in shapes))
-        (image, d_image), (behind, through) = work.planes_of(view.mask.shape)
+        found = Gradients(*(np.empty(s, np.float32) for s in shapes))
         with KERNELS:
-            lists = self._forward(view, background)
-            value = self._loss(view, image, d_image)
-            pairs = (work.rows, self.colors, *lists)
-            backward.accumulate(*pairs, image, d_image, behind, through, work.conic_gradients)
-            surfels = (self.surfels.means, self.quats, work.scales, self.x)
-            out = (gradients.quats, gradients.log_scales, gradients.x)
-            chain.chain(*surfels, view.packed, work.rows, work.conic_gradients, *out)
-        return value, gradients
+            value = self._accumulate(view, background)
+            surfels = (self.surfels.means, self.quats, work.scales, self.x, view.packed)
+            out = (found.quats, found.log_scales, found.x)
+            stepping.gradients(*surfels, work.rows, work.conic_gradients, *out)
+        return value, found
 
     def _loss(self, view: PreparedView, image: FloatArray, d_image: FloatArray) -> float:
         """Returns 0.8 L1 + 0.2 D-SSIM and writes dL/d image."""
@@ -233,14 +271,7 @@ class SurfelObjective:
         themselves, so this Jacobi iteration converges at once; it departs from the paper, where
         colours are fixed.
         """
-        image, (h, w) = self.render(view, view.target), (view.camera.height, view.camera.width)
-        centres = self._work.rows[view.order, :2]
-        inside = (centres >= 0).all(1) & (centres[:, 0] < w) & (centres[:, 1] < h)
-        nearest_last = view.order[inside][::-1]
-        x, y = centres[inside][::-1].astype(np.int64).T
-        owners = np.full((h, w), -1, np.int64)
-        owners[y, x] = nearest_last
-        y, x = np.nonzero((owners >= 0) & (view.mask[:h, :w] > 0))
-        index = owners[y, x]
-        lacking = (view.target[:, y, x] - image[:, y, x]).T
-        self.colors[index] = np.clip(self.colors[index] + lacking, 0.0, 1.0)
+        image, size = self.render(view, view.target), (view.camera.width, view.camera.height)
+        planes = (image, view.target, view.mask)
+        with KERNELS:
+            stepping.add_lacking(self._work.rows, view.order, *planes, *size, self.colors)

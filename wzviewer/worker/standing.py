@@ -11,9 +11,10 @@ import numpy as np
 
 from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.constants import SURFEL_OPACITY, SURFEL_SIGMA_PX
-from wzviewer.core.lift import lift, lift_spanned
+from wzviewer.core.lift import lift_spanned
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.kernels.lifting import lift
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.models.builtin.objects.parts import Flanks, Part, solid
 from wzviewer.worker.models.builtin.views.layers import Layer

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 
 from wzviewer.core.camera import Camera
-from wzviewer.core.lift import lift
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray
+from wzviewer.kernels.lifting import lift
 
 
 def generate_surfels(
@@ -20,6 +20,6 @@ def generate_surfels(
         layers: further surfels in the same frame, such as those behind depth edges; appended in order.
 
     Returns:
-        The pixel-aligned surfels (see `lift`), then those of the layers.
+        The pixel-aligned surfels (see `core.lift`), then those of the layers.
     """
     return Surfels.concatenate([lift(image, relief, camera), *layers])

@@ -2,7 +2,7 @@
 
 Adam on orientation, scales and opacity; positions, colours and s_native stay (paper, Sec. 3.1).  A view
 on the pixel grid of C alone would be overfitted: surfels shrink onto the grid and holes open as soon as
-the camera moves.  So C alternates with neighbours and with views off the grid::
+the camera moves.  So C alternates with neighbours and with views off the grid (each moves what it sees)::
 
     with neighbours      C  N1  x2 crop   C  N2  x2 crop   ...
     without              C  shifted by half a pixel   C  x2 crop   ...
@@ -18,9 +18,7 @@ from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
-from wzviewer.kernels import adam
-from wzviewer.kernels.elementary import KERNELS
-from wzviewer.worker.objective import Gradients, PreparedView, SurfelObjective
+from wzviewer.worker.objective import AdamState, PreparedView, SurfelObjective
 
 STEPS, COLOR_STEPS = 12, 2
 ROOT_STEPS = 10  # of E_0, which is waited for; at C_0 it is as sharp (45.0 dB, after twelve 44.4)
@@ -79,27 +77,19 @@ def optimize(
     schedule = view_schedule(source, views, steps)
     prepared: dict[int, PreparedView] = {}
     backdrops: dict[int, FloatArray] = {}
-    state = _AdamState(objective)
+    state = AdamState(len(surfels), (RATE_QUAT, RATE_LOG_SCALE, RATE_OPACITY))
     for step, view in enumerate(schedule):
         if on_step is not None:
             on_step(step, steps + color_steps)
         if id(view) not in prepared:
             prepared[id(view)] = objective.prepare(view.camera, view.target, view.mask)
             backdrops[id(view)] = contrasting(prepared[id(view)].target)
-        _, gradients = objective.render_with_gradient(prepared[id(view)], backdrops[id(view)])
-        state.update(gradients if kept is None else _without(gradients, kept))
+        objective.descend(prepared[id(view)], state, backdrops[id(view)], kept)
     for step in range(color_steps):
         if on_step is not None:
             on_step(steps + step, steps + color_steps)
         objective.step_colors(prepared.get(id(source)) or objective.prepare(camera, image))
     return objective.result()
-
-
-def _without(gradients: Gradients, kept: BoolArray) -> Gradients:
-    """Returns gradients that leave some surfels (n,) as they are."""
-    for slope in (gradients.quats, gradients.log_scales, gradients.x):
-        slope[kept] = 0
-    return gradients
 
 
 def contrasting(target: FloatArray) -> FloatArray:
@@ -140,22 +130,3 @@ def _same_pose(source: TargetView, camera: Camera) -> TargetView:
     y = ratio_y * np.arange(camera.height) + shift_y
     inside = ((x >= 0) & (x <= known.width - 1))[None, :] & ((y >= 0) & (y <= known.height - 1))[:, None]
     return TargetView(camera, np.clip(target, 0.0, 1.0), inside)
-
-
-class _AdamState:
-    """Moments of Adam for the three variables of an objective."""
-
-    def __init__(self, objective: SurfelObjective) -> None:
-        self._values = [objective.quats, objective.log_scales, objective.x]
-        self._moments = [(np.zeros(v.size, np.float32), np.zeros(v.size, np.float32)) for v in self._values]
-        self._step = 0
-
-    def update(self, gradients: Gradients) -> None:
-        """Moves the objective's variables in place."""
-        self._step += 1
-        bias = (1.0 - adam.BETA_1**self._step, 1.0 - adam.BETA_2**self._step)
-        slopes = (gradients.quats, gradients.log_scales, gradients.x)
-        rates = (RATE_QUAT, RATE_LOG_SCALE, RATE_OPACITY)
-        with KERNELS:
-            for value, slope, moments, rate in zip(self._values, slopes, self._moments, rates, strict=True):
-                adam.adam_step(value.ravel(), slope.ravel(), *moments, rate, *bias)
