@@ -1,7 +1,7 @@
 import pytest
 
 from tests.gl.surfaces import hill_scene
-from wzviewer.app.drawing import SceneDrawing
+from wzviewer.app.drawing import MOVING_UPLOAD_BYTES, UPLOAD_BYTES, SceneDrawing
 from wzviewer.app.pacing import SPACING_PX
 
 pytestmark = pytest.mark.gl
@@ -69,3 +69,19 @@ def test_in_motion_levels_are_weighted_as_at_rest(drawing, monkeypatch):
         drawing.draw(scene[0].camera, fraction, is_moving)
     assert [width * finer for width, finer in found] == [scene[0].camera.width] * 3
     assert found[0][1] == 1.0
+
+
+def test_a_level_arrives_in_smaller_pieces_while_the_camera_moves(drawing, monkeypatch):
+    scene = hill_scene(num_levels=1)
+    drawing.sync(scene)
+    budgets, sync = [], drawing._renderer.sync
+
+    def spy(scene, budget_bytes, merged):
+        budgets.append(budget_bytes)
+        return sync(scene, budget_bytes, merged)
+
+    monkeypatch.setattr(drawing._renderer, "sync", spy)
+    for is_moving in (False, True):
+        drawing.draw(scene[0].camera, 0.5, is_moving)
+        drawing.sync(scene)
+    assert budgets == [UPLOAD_BYTES, MOVING_UPLOAD_BYTES]

@@ -235,7 +235,7 @@ def typing(screen, text):
 
 def test_tab_takes_the_marked_offer_and_the_arrows_mark_another(screen):
     state = typing(screen, "two b")
-    assert state.offers[0].word == "butterfly"
+    assert state.offers[0].word == "butterflies"
     assert screen.press(state, imgui.Key.down_arrow) == [cmd.ChooseOffer(1)]
     second = replace(state, offer=1)
     assert screen.press(second, imgui.Key.tab) == [cmd.EditPrompt(state.offers[1].prompt)]

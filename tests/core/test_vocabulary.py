@@ -2,7 +2,7 @@
 
 import pytest
 
-from wzviewer.core.vocabulary import Reading, Vocabulary, is_one_off, read_prompt, starters
+from wzviewer.core.vocabulary import Reading, Vocabulary, is_one_off, plural_of, read_prompt, starters
 from wzviewer.errors import PromptError
 from wzviewer.worker.models.builtin.objects import grammar
 
@@ -47,10 +47,33 @@ def test_a_word_that_is_still_being_typed_is_not_marked_while_it_may_become_one(
 
 def test_completion_goes_on_with_the_last_word_or_words():
     assert offered("a lad")[0] == "a ladybug"
-    assert "two blue morpho" in offered("two blue m")
+    assert "a blue morpho" in offered("a blue m")
+    assert "two blue morphos" in offered("two blue m")
     assert "a ladybug on a petal" in offered("a ladybug on a pet")
     assert offered("a ladybug") == []
     assert offered("a ") == []
+
+
+def test_after_a_count_things_are_offered_in_the_plural():
+    assert offered("two blue butterf")[0] == "two blue butterflies"
+    assert offered("two blue butterfly") == ["two blue butterflies"]
+    assert offered("two blue butterflies") == []
+    assert offered("three drops of w")[0] == "three drops of water"
+    assert offered("a leaf with two beet")[0] == "a leaf with two beetles"
+    assert offered("two ladybugs on a lea")[0] == "two ladybugs on a leaf"
+    assert offered("two ladybugs and a beet")[0] == "two ladybugs and a beetle"
+
+
+@pytest.mark.parametrize("name", WORDS.names)
+def test_the_grammar_understands_every_plural_that_is_offered(name):
+    plural = plural_of(name, WORDS)
+    if not plural:
+        assert name.endswith("leaf")  # "beech leaves" are not known
+        return
+    (one,), (two,) = (grammar.parse(prompt).objects for prompt in (f"a {name}", f"two {plural}"))
+    assert unknown_in(f"two {plural} ") == []
+    assert two.name == one.name
+    assert two.count == 2
 
 
 def test_an_unknown_word_is_offered_its_nearest():

@@ -169,7 +169,7 @@ class NoMerges:
     def collect(self, num_levels):
         pass
 
-    def ask(self, level):
+    def ask(self, level, cells_px=None):
         pass
 
     def forms(self, level):
@@ -182,6 +182,19 @@ class SomeMerges(NoMerges):
 
     def forms(self, level):
         return self._forms if level.index == 1 else ()
+
+
+class PreviewMerges(NoMerges):
+    """Merges one preview, and nothing else."""
+
+    def __init__(self, preview, form):
+        self._preview, self._form, self.asked = preview, form, []
+
+    def ask(self, level, cells_px=None):
+        self.asked.append((level.surfels, cells_px))
+
+    def forms(self, level):
+        return (self._form,) if level.surfels is self._preview else ()
 
 
 def preview_of(scene, prompt=""):
@@ -214,6 +227,34 @@ def test_a_preview_stands_in_for_merged_forms_until_they_come(arrivals):
     for _ in range(3):
         arrivals.sync(scene, None, SomeMerges(forms))
     assert [s.surfels for s in arrivals.states[1].sets] == [scene[1].surfels, *forms]
+
+
+def test_a_preview_is_merged_for_a_camera_that_moves(arrivals):
+    scene = one_level(1)
+    scene.commit(0)
+    scene.append(preview_of(scene))
+    preview, quarter = scene[1].surfels, random_surfels(8, 7)
+    merges = PreviewMerges(preview, quarter)
+    for _ in range(2):
+        arrivals.sync(scene, None, merges)
+    assert (preview, (4,)) in merges.asked
+    shown = [(s.surfels, s.cell_px) for s in arrivals.states[1].sets]
+    assert shown == [(preview, 1), (preview, 2), (quarter, 4)]
+    scene.replace(in_the_making(scene, 120, 3))
+    arrivals.sync(scene, None, merges)
+    assert [s.surfels for s in arrivals.states[1].sets] == [scene[1].surfels, preview, quarter]
+
+
+def test_what_was_asked_for_is_in_the_preview_that_stands_in(arrivals):
+    scene = one_level(1)
+    scene.append(preview_of(scene, "a ladybug"))
+    arrivals.sync(scene, None, NoMerges())
+    scene.replace(in_the_making(scene, 34, 3))  # the preview with the ladybug
+    edited = scene[1].surfels
+    arrivals.sync(scene, None, NoMerges())
+    scene.replace(in_the_making(scene, 120, 4))
+    arrivals.sync(scene, None, NoMerges())
+    assert [s.surfels for s in arrivals.states[1].sets] == [scene[1].surfels, edited]
 
 
 def test_no_frame_draws_all_of_a_revision_while_its_preview_comes_back(arrivals, page_bytes):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from wzviewer.core import messages as m
+from wzviewer.worker import transport
 from wzviewer.worker.transport import NUM_SLOTS, SLOT_BYTES, Channel, TransportError, make_memory
 
 
@@ -42,7 +43,7 @@ def drain(receiver, sender, count, limit_s=20.0):
     while len(deliveries) < count and time.perf_counter() < deadline:
         deliveries += receiver.poll(0.01)
         if sender is not receiver:
-            sender.poll(0.01)
+            list(sender.poll(0.01))
     return deliveries
 
 
@@ -72,6 +73,21 @@ def test_a_sender_waits_for_credits(pair):
     assert sender.pump()
 
 
+def test_what_is_done_with_a_delivery_counts_against_the_time_of_a_poll(pair, monkeypatch):
+    sender, receiver = pair
+    for name in "abcdef":
+        sender.send(m.Heartbeat(name))
+    clock_s = [0.0]
+    monkeypatch.setattr(transport.time, "perf_counter", lambda: clock_s[0])
+    frames = []
+    for _ in range(3):
+        frames.append("")
+        for delivery in receiver.poll(1.0):
+            frames[-1] += delivery.message.stage
+            clock_s[0] += 0.6
+    assert frames == ["ab", "cd", "ef"]
+
+
 def test_both_directions_at_once(pair):
     left, right = pair
     array = np.arange(9 * SLOT_BYTES // 4, dtype=np.int32)
@@ -81,7 +97,7 @@ def test_both_directions_at_once(pair):
         right.send(m.Heartbeat("right"), {"a": array})
         results.extend(drain(right, right, 1))
         while not right.pump():
-            right.poll(0.01)
+            list(right.poll(0.01))
 
     thread = threading.Thread(target=serve)
     thread.start()
@@ -89,7 +105,7 @@ def test_both_directions_at_once(pair):
     results += drain(left, left, 1)
     deadline = time.perf_counter() + 20
     while thread.is_alive() and time.perf_counter() < deadline:
-        left.poll(0.01)
+        list(left.poll(0.01))
     thread.join(1)
     assert sorted(d.message.stage for d in results) == ["left", "right"]
     for delivery in results:

@@ -18,6 +18,7 @@ from wzviewer.gl.tiles import tiled
 from wzviewer.gl.timing import FrameTimer
 
 UPLOAD_BYTES = 4 << 20  # to the renderer in a frame, so that an arriving level costs no stutter
+MOVING_UPLOAD_BYTES = 1536 << 10  # the same while the camera moves: three pages, 4 ms on a slow machine
 FAINT_PX2 = 0.5  # opacity times area on the screen: what is less is not seen
 OUTPUTS: dict[Mode, frozenset[Output]] = {
     "picture": frozenset({"color"}),
@@ -76,10 +77,13 @@ class SceneDrawing:
         self._presenter: Presenter | None = None
         self._texture: Any = None
         self._timer = FrameTimer(context.ctx)
+        self._is_moving = False
 
     def sync(self, scene: Scene) -> bool:
         """Takes over some of what changed in the scene; returns whether that was all."""
-        budget_bytes = UPLOAD_BYTES if self._renderer.has_levels else None  # the first picture comes whole
+        budget_bytes: int | None = MOVING_UPLOAD_BYTES if self._is_moving else UPLOAD_BYTES
+        if not self._renderer.has_levels:
+            budget_bytes = None  # the first picture comes whole
         return self._renderer.sync(scene, budget_bytes, merged=True)
 
     def draw(
@@ -93,6 +97,7 @@ class SceneDrawing:
             is_moving: whether merged surfels and a slightly old order may stand in.
             look: what is drawn, and in which colours.
         """
+        self._is_moving = is_moving
         size = (max(round(camera.width * fraction), 1), max(round(camera.height * fraction), 1))
         key = (camera.key, size, is_moving, self._renderer.version, look)
         if self._picture is None or self._picture[0] != key or not self._picture[1].stats.is_exact:

@@ -73,6 +73,8 @@ class App:
         *,
         reopen: Callable[[tuple[int, int]], Window] | None = None,
     ) -> None:
+        # Before the first kernel: threads that spin for each other keep the cores from frames and worker.
+        os.environ.setdefault("OMP_WAIT_POLICY", "passive")
         client.start()  # at once: it takes seconds until it is ready
         self.window, self._reopen = window, reopen
         store = store or NoStore()
@@ -289,8 +291,6 @@ def run_app(
         ContextError: when there is no display or no OpenGL 3.3.
         OutputError: when the screenshot cannot be written.
     """
-    # Before the first kernel: threads that spin for each other keep the cores from frames and worker.
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     make = OffscreenWindow if headless else GlfwWindow
     window: Window = make()
     kept: tuple[Any, ...] = ()

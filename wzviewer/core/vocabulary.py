@@ -15,6 +15,11 @@ LONG_WORD = 5  # letters; from there on one wrong letter is understood
 NEAREST_CUTOFF = 0.6  # of difflib's similarity, as in the synthesizer's own refusals
 MAX_OFFERS = 5
 NAME_WORDS = 3  # of the longest name
+SEVERAL = frozenset("two three four five six seven eight nine few some several many pair".split()) | set(
+    "23456789"
+)
+ENDINGS = (("f", "ves"), ("us", "i"), ("y", "ies"), ("", "es"), ("", "s"))  # of singular and plural
+UNCHANGED = ("fish", "trout", "salmon", "carp", "koi", "perch")  # endings of names that are their own plural
 
 
 @dataclass(frozen=True)
@@ -192,9 +197,12 @@ def _completions(prompt: str, spans: list[tuple[int, int]], vocabulary: Vocabula
         part = prompt[start:].lower()
         if length == 1 and len(part) < 2 and part in vocabulary.fillers:
             continue  # "a" is an article, not the beginning of "above"
-        if part in vocabulary.names:
-            return ()  # it is one already
-        for word in _possible(prompt[:start], vocabulary):
+        possible = _possible(prompt[:start], vocabulary)
+        if part in vocabulary.names:  # it is one already, unless it should be the plural
+            plural = plural_of(part, vocabulary)
+            is_short = part not in possible and plural in possible
+            return (Offer(plural, prompt[:start] + plural),) if is_short else ()
+        for word in possible:
             if word.startswith(part) and word != part:
                 offers.setdefault(word, Offer(word, prompt[:start] + word))
     return tuple(offers.values())[:MAX_OFFERS]
@@ -205,7 +213,38 @@ def _possible(before: str, vocabulary: Vocabulary) -> tuple[str, ...]:
     phrase = re.split(r"[,;&+]|\band\b", before.lower())[-1]
     if set(TOKEN.findall(phrase)) & set(vocabulary.prepositions):
         return (*vocabulary.places, *vocabulary.qualities)
-    return (*vocabulary.objects, *vocabulary.qualities, *vocabulary.synonyms, *vocabulary.prepositions)
+    objects, synonyms = vocabulary.objects, vocabulary.synonyms
+    if SEVERAL & set(TOKEN.findall(phrase)):
+        objects, synonyms = (_plurals(names, vocabulary) for names in (objects, synonyms))
+    return (*objects, *vocabulary.qualities, *synonyms, *vocabulary.prepositions)
+
+
+def _plurals(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[str, ...]:
+    """Plurals of names, each once; a name whose plural would not be understood is left out."""
+    found = (plural_of(name, vocabulary) for name in names)
+    return tuple(dict.fromkeys(plural for plural in found if plural))
+
+
+def plural_of(name: str, vocabulary: Vocabulary) -> str:
+    """Returns the plural of a name as a synthesizer understands it, or nothing where it knows none."""
+    known = frozenset(vocabulary.names)
+    first, of, rest = name.partition(" of ")
+    if of:
+        return f"{first}s{of}{rest}"
+    if name.endswith(UNCHANGED) or any(other in known for other in _with_ending(name, 1, 0)):
+        return name  # or it is one already
+    irregular = next((other for other in _with_ending(name, 0, 1) if other in known), "")
+    if irregular or name.endswith("f"):
+        return irregular
+    if name.endswith("y") and name[-2] not in "aeiou":
+        return f"{name[:-1]}ies"
+    return f"{name}es" if name.endswith(("ch", "sh", "x", "z")) else f"{name}s"
+
+
+def _with_ending(name: str, old: int, new: int) -> list[str]:
+    """The name with another of the pairs of `ENDINGS` that it has; 0 is the singular's."""
+    pairs = (pair for pair in ENDINGS if name.endswith(pair[old]))
+    return [name[: len(name) - len(pair[old])] + pair[new] for pair in pairs]
 
 
 def _nearest(prompt: str, span: tuple[int, int], vocabulary: Vocabulary) -> tuple[Offer, ...]:

@@ -2,21 +2,40 @@
 
 A level is drawn when all its surfels have arrived; until then its parent shows through, and a level
 that is replaced keeps its former version.  Merged forms of a finished level are made in the background
-and arrive in the same way; until then the first preview of the level stands in for them, or the exact
-surfels where there was none.
+and arrive in the same way; until then the preview of the level, itself merged for a camera that moves,
+stands in for them, or the exact surfels where there was none.
 """
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 from wzviewer.core.constants import MAX_LEVELS
 from wzviewer.core.scene import Level, Scene, modulation
-from wzviewer.core.surfels import Surfels
 from wzviewer.gl.merging import MERGED_CELLS_PX, MergeQueue
 from wzviewer.gl.pages import PAGE_SURFELS, Pages
 from wzviewer.gl.visible import LevelState, LevelStates, SurfelSet, own_view
 
 PREVIEW_SHARE = 0.5  # of a revision's surfels: a preview with more of them would save nothing
+PREVIEW_CELLS_PX = MERGED_CELLS_PX[1:]  # a preview is what the finest cells would give
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """An early revision of a level in the making.
+
+    Attributes:
+        level: with few surfels.
+        is_bare: whether what was asked for is not in it yet.
+    """
+
+    level: Level
+    is_bare: bool
+
+    def followed_by(self, level: Level) -> "Preview":
+        """The newest preview once a further revision has arrived."""
+        is_small = len(level.surfels) * PREVIEW_SHARE < len(self.level.surfels)
+        return Preview(level, is_bare=False) if is_small else self
 
 
 class Arrivals:
@@ -33,7 +52,7 @@ class Arrivals:
     def __init__(self, pages: Pages) -> None:
         self._pages = pages
         self._levels: dict[int, Level] = {}  # whose surfels have arrived
-        self._previews: dict[int, Surfels] = {}  # the first of a level that was seen in the making
+        self._previews: dict[int, Preview] = {}  # of levels that were seen in the making
         self._scene: Scene | None = None  # held: a new one must not get its address
         self._synced: tuple[int, ...] = ()
         self._tree: tuple[Any, ...] = ()
@@ -58,7 +77,7 @@ class Arrivals:
         self._pages.upload(budget_bytes)
         self._adopt_news(scene)
         if merges is not None:
-            if self._stage_previews():  # whole, before a frame has to draw all of the revision
+            if self._stage_previews(merges):  # whole, before a frame has to draw all of the revision
                 self._pages.upload(None)
                 self._adopt_news(scene)
             merges.collect(len(scene))
@@ -108,14 +127,23 @@ class Arrivals:
             self._synced = synced
             self._adopt(scene)
 
-    def _stage_previews(self) -> bool:
+    def _stage_previews(self, merges: MergeQueue) -> bool:
         """Lets previews stand in for merged forms, which are made when a level is finished."""
         staged = False
         for index, preview in self._previews.items():
-            level, name = self._levels[index], (index, 1)
-            if len(preview) < PREVIEW_SHARE * len(level.surfels) and self._pages.latest(name) is None:
-                self._pages.stage(name, preview, index, own_view(level))
-                staged = True
+            level, early = self._levels[index], preview.level
+            is_shown = level.surfels is early.surfels
+            is_refined = len(early.surfels) < PREVIEW_SHARE * len(level.surfels)
+            if preview.is_bare or not (is_shown or is_refined):
+                continue
+            if is_shown:
+                merges.ask(early, PREVIEW_CELLS_PX)
+            coarser = merges.forms(early)
+            sets = (early.surfels, *coarser) if coarser or is_refined else ()
+            for detail, surfels in enumerate(sets, start=1):
+                if self._pages.latest((index, detail)) is None:
+                    self._pages.stage((index, detail), surfels, index, own_view(level))
+                    staged = True
         return staged
 
     def _stage_merged(self, scene: Scene, merges: MergeQueue) -> None:
@@ -124,6 +152,8 @@ class Arrivals:
             if scene.is_committed(level.index) and self._levels.get(level.index) is level:
                 merges.ask(level)
                 self._stage_forms(level, merges)
+                if merges.forms(level):
+                    self._previews.pop(level.index, None)
 
     def _stage_forms(self, level: Level, merges: MergeQueue) -> None:
         for detail, surfels in enumerate(merges.forms(level), start=1):
@@ -134,10 +164,8 @@ class Arrivals:
         """Takes what has arrived as the levels that are drawn."""
         for level in scene:
             if self._pages.shown((level.index, 0)) is level.surfels:
-                if level.index not in self._levels and not scene.is_committed(level.index):
-                    # That of E_0 is flat, and what a prompt asked for is not in any.
-                    if level.parent is not None and not level.prompt:
-                        self._previews[level.index] = level.surfels
+                if not scene.is_committed(level.index):
+                    self._note_preview(level)
                 if self._levels.get(level.index) is not level:
                     self._drop_merged(level.index)
                 self._levels[level.index] = level
@@ -149,6 +177,14 @@ class Arrivals:
         laws = {i: self.states[i].modulation if same else modulation(drawn, i) for i in visible}
         self._tree = tree
         self.states = LevelStates({i: LevelState.of(drawn[i], self._sets(i), laws[i]) for i in visible})
+
+    def _note_preview(self, level: Level) -> None:
+        before = self._levels.get(level.index)
+        if before is None and level.parent is not None:  # that of E_0 is flat
+            self._previews[level.index] = Preview(level, is_bare=bool(level.prompt))
+        elif before is not level and (preview := self._previews.get(level.index)) is not None:
+            if before is preview.level:
+                self._previews[level.index] = preview.followed_by(level)
 
     def _drop_merged(self, index: int) -> None:
         former = self._levels.get(index)

@@ -26,7 +26,7 @@ class MergeQueue:
     def __init__(self) -> None:
         self._asked: dict[int, Surfels] = {}  # the surfels are held, so their identity stays theirs
         self._made: dict[int, tuple[Surfels, Forms]] = {}
-        self._jobs: queue.SimpleQueue[Level | None] = queue.SimpleQueue()
+        self._jobs: queue.SimpleQueue[tuple[Level, tuple[int, ...]] | None] = queue.SimpleQueue()
         self._done: queue.SimpleQueue[tuple[Level, Forms]] = queue.SimpleQueue()
         self._pending = 0
         self._closing = False
@@ -37,8 +37,13 @@ class MergeQueue:
         """Whether a level was asked for that `collect` has not brought back."""
         return self._pending > 0
 
-    def ask(self, level: Level) -> None:
-        """Queues a level, unless this version of it was asked for before."""
+    def ask(self, level: Level, cells_px: tuple[int, ...] = MERGED_CELLS_PX) -> None:
+        """Queues a level, unless this version of it was asked for before.
+
+        Args:
+            level: to merge.
+            cells_px: native pixels along a side of a cell, for each form.
+        """
         if self._asked.get(level.index) is level.surfels:
             return
         self._asked[level.index] = level.surfels
@@ -47,7 +52,7 @@ class MergeQueue:
             self._thread = threading.Thread(target=self._work, name="merging", daemon=True)
             self._thread.start()
         self._pending += 1
-        self._jobs.put(level)
+        self._jobs.put((level, cells_px))
 
     def collect(self, num_levels: int) -> None:
         """Takes back what is done, and forgets levels that are gone.
@@ -86,8 +91,8 @@ class MergeQueue:
 
     def _work(self) -> None:
         _step_back()
-        while (level := self._jobs.get()) is not None and not self._closing:
-            self._done.put((level, _forms_of(level)))
+        while (job := self._jobs.get()) is not None and not self._closing:
+            self._done.put((job[0], _forms_of(*job)))
 
 
 def _step_back() -> None:
@@ -97,10 +102,10 @@ def _step_back() -> None:
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
 
 
-def _forms_of(level: Level) -> Forms:
+def _forms_of(level: Level, cells_px: tuple[int, ...]) -> Forms:
     """The merged forms, or none where that fails: the exact surfels stand in for them."""
     try:
-        forms = (merged(level.surfels, level.camera, level.frame, cell) for cell in MERGED_CELLS_PX)
+        forms = (merged(level.surfels, level.camera, level.frame, cell) for cell in cells_px)
         return tuple(forms)
     except Exception:
         LOG.exception("level %d could not be merged; all its surfels are drawn", level.index)
