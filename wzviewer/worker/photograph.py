@@ -15,10 +15,12 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.scene import PHOTO, Level
 from wzviewer.core.types import ByteArray, DoubleArray, FloatArray
 from wzviewer.worker.stages.stage1_new_scale_image import Observation
+from wzviewer.worker.stages.stage1_whole_pixels import spread_over
 
 FINER_MIN = 1.2  # less is not worth it
 ROUND_UP = 0.34  # of a step: the new image shall be a whole multiple of O, at the price of a third
 SLACK_SHARE = 0.02  # of the depth: what is farther than E_0's surface by more is hidden from C_0
+AGREEMENTS = 3  # a linear correction keeps about half of a pixel's difference
 BORDER_PX = 3.0  # over which what C_0 did not see takes over
 
 
@@ -35,17 +37,15 @@ def sharpened(seen: Observation) -> Observation:
     finer = _finer(seen.path)
     if seen.is_extension or seen.extended_share > 0 or finer < FINER_MIN:
         return seen
-    step = seen.camera.width / seen.image.shape[1]
+    step = seen.grid.width / seen.image.shape[1]
     whole = max(1, int(step / min(finer, step) + ROUND_UP))
-    small = seen.camera.resampled(
-        *(max(side // whole, 1) for side in (seen.camera.width, seen.camera.height))
-    )
+    small = seen.grid.resampled(*(max(side // whole, 1) for side in (seen.grid.width, seen.grid.height)))
     if small.width < FINER_MIN * seen.image.shape[1]:
         return seen
     image = cv2.resize(seen.image, (small.width, small.height), interpolation=cv2.INTER_CUBIC)
     pixels, known = _looked_up(seen, small)
     pixels = image + known[..., None] * (pixels - image)
-    return replace(seen, image=_agreeing(pixels, seen.image))
+    return replace(seen, image=_agreeing(pixels, seen.image), coarse=seen.image)
 
 
 def _finer(path: Sequence[Level]) -> float:
@@ -80,7 +80,7 @@ def _looked_up(seen: Observation, small: Camera) -> tuple[FloatArray, FloatArray
 def _points(seen: Observation, small: Camera) -> DoubleArray:
     """World points (h, w, 3) of a camera's pixels, on the surface that O shows."""
     relief = np.where(np.isfinite(seen.relief), seen.relief, np.float32(0))
-    relief = cv2.resize(relief, (small.width, small.height), interpolation=cv2.INTER_LINEAR)
+    relief = spread_over(relief, seen.grid, seen.camera, small.width, small.height)
     z = float(small.to_camera(seen.frame.origin)[2]) + relief.astype(np.float64) * seen.frame.unit
     y, x = np.mgrid[0 : small.height, 0 : small.width] + 0.5
     rays = np.stack([(x - small.cx) / small.fx, (y - small.cy) / small.fy, np.ones_like(x)], -1)
@@ -111,5 +111,8 @@ def _softened(known: np.ndarray) -> FloatArray:
 def _agreeing(fine: FloatArray, coarse: FloatArray) -> FloatArray:
     """Returns the fine picture with the coarse one's means, so that no border shows where it begins."""
     size = (fine.shape[1], fine.shape[0])
-    shrunk = cv2.resize(fine, (coarse.shape[1], coarse.shape[0]), interpolation=cv2.INTER_AREA)
-    return np.clip(fine + cv2.resize(coarse - shrunk, size, interpolation=cv2.INTER_LINEAR), 0, 1)
+    for _ in range(AGREEMENTS):
+        shrunk = cv2.resize(fine, (coarse.shape[1], coarse.shape[0]), interpolation=cv2.INTER_AREA)
+        missing = cv2.resize(coarse - shrunk, size, interpolation=cv2.INTER_LINEAR)
+        fine = np.clip(fine + missing, 0, 1)
+    return fine

@@ -22,12 +22,15 @@ from wzviewer.worker.draft import Draft, visible_parts
 from wzviewer.worker.levels import context_of
 from wzviewer.worker.metres import metres_of
 from wzviewer.worker.models.base import Synthesizer
+from wzviewer.worker.models.builtin.detail.consistency import agreeing, consistency_db, projected
 from wzviewer.worker.models.builtin.detail.describe import Context
+from wzviewer.worker.models.builtin.detail.synthesizer import Detail
 from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Support
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.extend import extended
 from wzviewer.worker.models.builtin.views.layers import Surface
 from wzviewer.worker.rasterize import LevelPart, render
+from wzviewer.worker.stages.stage1_whole_pixels import cut, is_zoom, on_whole_pixels, whole_pixels
 
 MIN_SIDE_PX = 8  # of an observation
 EXTEND_SHARE_MIN, EXTEND_SHARE_MAX = 0.02, 0.97  # of an observation that is continued; less is a gap
@@ -52,11 +55,13 @@ class Observation:
         path: the levels from the root to E_i.
         camera: C_{i+1}.
         frame: the new level's frame, anchored at the median depth of the view.
-        image: O, (h', w', 3) float32 in [0, 1]; holes filled.  Finer where the photograph is
-            (`worker.photograph`).
+        image: O, (h', w', 3) float32 in [0, 1], as `grid` sees it; holes filled.  Finer where the
+            photograph is (`worker.photograph`).
         relief: target depth in the *new* native pixels, (h', w') float32; nan where undefined.
         sky: (h', w') bool.
+        grid: the camera of `image`: C_{i+1}, or for a zoom one that sees whole pixels of the parent.
         extended_share: share of O that no level showed and that was continued.
+        coarse: O as the parent has it, where `image` is finer; else None.
     """
 
     path: Sequence[Level]
@@ -65,7 +70,9 @@ class Observation:
     image: FloatArray
     relief: FloatArray
     sky: BoolArray
+    grid: Camera
     extended_share: float = 0.0
+    coarse: FloatArray | None = None
 
     @property
     def is_extension(self) -> bool:
@@ -98,9 +105,23 @@ def observe(path: Sequence[Level], camera: Camera, seed: int = 0, check: Check =
     frame = LevelFrame.of_camera(camera, anchor_depth + middle * parent.frame.unit)
     own = ((relief - middle) * (parent.frame.unit / frame.unit)).astype(np.float32)
     image = _filled(seen.color, seen.coverage)
-    observation = Observation(path, camera, frame, image, own, _sky(path, relief, anchor))
+    observation = Observation(path, camera, frame, image, own, _sky(path, relief, anchor), camera)
     sigma_px = PAD_SIGMA_PX if observation.is_extension else BACKDROP_SIGMA_PX
-    return _continued(observation, _known(parts, small, seen.coverage, sigma_px), seed, check)
+    continued = _continued(observation, _known(parts, small, seen.coverage, sigma_px), seed, check)
+    return _on_the_parents_pixels(continued, parts)
+
+
+def _on_the_parents_pixels(seen: Observation, parts: Sequence[LevelPart]) -> Observation:
+    """Where there is detail to add to them: see `stage1_whole_pixels`."""
+    parent = seen.path[-1].camera
+    if seen.is_extension or seen.extended_share > 0 or not is_zoom(seen.camera, parent):
+        return seen
+    grid, pixels = whole_pixels(seen.camera, parent)
+    image = seen.image
+    if image.shape[:2] != (pixels[3], pixels[2]) or grid.key != seen.camera.key:
+        shown = render(parts, grid.resampled(pixels[2], pixels[3]), depth=False)
+        image = _filled(shown.color, shown.coverage)
+    return replace(seen, grid=grid, image=on_whole_pixels(seen.path[-1].image, pixels, image))
 
 
 def _known(parts: Sequence[LevelPart], camera: Camera, coverage: FloatArray, sigma_px: float) -> BoolArray:
@@ -181,13 +202,13 @@ def _sky(path: Sequence[Level], relief: Any, anchor: tuple[float, float]) -> Boo
 
 def preview_image(seen: Observation, models: Synthesizer, seed: int) -> Draft:
     """A first, quick I': seen within a second, replaced later."""
-    width, height = seen.camera.width, seen.camera.height
+    width, height = seen.grid.width, seen.grid.height
     if seen.is_extension or PLAIN_UP_TO * seen.image.shape[1] >= width:
-        return _draft(seen, _resized(seen.image, width, height))
-    context, region = _context(seen)
-    shared = (context, region, seed, len(seen.path))
-    image = models.detail.preview(seen.image, width, height, *shared)
-    return _draft(seen, image)
+        image = _resized(seen.image, width, height)
+    else:
+        context, region = _context(seen)
+        image = models.detail.preview(seen.image, width, height, context, region, seed, len(seen.path))
+    return _draft(seen, cut(image, seen.grid, seen.camera))
 
 
 def preview_edit(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: Check) -> Draft:
@@ -199,7 +220,7 @@ def preview_edit(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check
 
 def upscale_image(seen: Observation, models: Synthesizer, seed: int, check: Check) -> Draft:
     """I' = SR(O, S) (lines 13 and 14); an extension is no closer, so that O is what it shows."""
-    width, height = seen.camera.width, seen.camera.height
+    width, height = seen.grid.width, seen.grid.height
     if seen.is_extension:
         image = _resized(seen.image, width, height)
         notes = {"extended_share": seen.extended_share}
@@ -208,10 +229,31 @@ def upscale_image(seen: Observation, models: Synthesizer, seed: int, check: Chec
     context, region = _context(seen)
     shared = (context, region, len(seen.path), seed)
     detail = models.detail.upscale(seen.image, width, height, *shared, check=check)
+    detail = _cut(_as_the_parent_has_it(detail, seen), seen)
     own = models.detail.describe(detail.image, context, detail)
     extra = {"relief_texture": detail.relief_texture, "observation": seen}
     notes = {"consistency_db": float(detail.consistency_db)}
     return replace(_draft(seen, detail.image), context=own, extra=extra, notes=notes)
+
+
+def _as_the_parent_has_it(detail: Detail, seen: Observation) -> Detail:
+    """Returns what shrinks to the parent's pixels, too.
+
+    Where six new ones are one of the photograph's and eight one of the parent's, those do not say what these
+    are.
+    """
+    if seen.coarse is None:
+        return detail
+    grey = np.float32(255)
+    known = [image * grey for image in (seen.image, seen.coarse)]
+    image = projected(agreeing(detail.image * grey, known), known[1])
+    return replace(detail, image=image / grey, consistency_db=consistency_db(image, known[1]))
+
+
+def _cut(detail: Detail, seen: Observation) -> Detail:
+    planes = (detail.image, detail.relief_texture, detail.labels)
+    image, relief, labels = (cut(plane, seen.grid, seen.camera) for plane in planes)
+    return replace(detail, image=image, relief_texture=relief, labels=labels)
 
 
 def _resized(image: FloatArray, width: int, height: int) -> FloatArray:
@@ -296,9 +338,13 @@ def _context(seen: Observation) -> tuple[Context, tuple[float, float, float, flo
     view = AnchoredView.expand(parent.camera, seen.frame)
     w, h = seen.camera.width, seen.camera.height
     corners = np.array([[-w / 2, -h / 2, 0], [w / 2, h / 2, 0]], np.float32)
-    low, high = view.project(corners) / np.array([parent.camera.width, parent.camera.height], np.float32)
-    region = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
-    return context_of(parent), region
+    low, high = view.project(corners)
+    if seen.grid is not seen.camera:
+        left, top, columns, rows = whole_pixels(seen.camera, parent.camera)[1]
+        low, high = np.array([left, top], np.float32), np.array([left + columns, top + rows], np.float32)
+    size = np.array([parent.camera.width, parent.camera.height], np.float32)
+    low, high = low / size, high / size
+    return context_of(parent), (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
 
 def _draft(seen: Observation, image: FloatArray) -> Draft:
