@@ -10,6 +10,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.errors import Cancelled
 from wzviewer.worker.models.builtin.views.backdrop import STRIDE_PX
 from wzviewer.worker.models.builtin.views.synthesizer import Completion, ViewSynthesizer
+from wzviewer.worker.models.builtin.views.underlay import STRIDE_PX as UNDERLAY_STRIDE_PX
 from wzviewer.worker.stages.stage4_auxiliary_views import neighbour_cameras, warp_view
 
 HEIGHT, WIDTH, FOCAL_PX = 144, 216, 200.0
@@ -175,7 +176,7 @@ def test_sky_stays_sky():
 
 def test_the_pad_surrounds_the_frame(padded):
     covered = np.zeros((HEIGHT + 2 * 32, WIDTH + 2 * 52), bool)
-    assert {layer.stride for layer in padded.layers} == {1, 2, STRIDE_PX}
+    assert {layer.stride for layer in padded.layers} == {1, 2, UNDERLAY_STRIDE_PX, STRIDE_PX}
     for layer in padded.layers[:-1]:  # the last is the backdrop, which reaches farther
         whole = np.repeat(np.repeat(layer.mask, layer.stride, 0), layer.stride, 1)
         x, y = layer.offset_px[0] + 52, layer.offset_px[1] + 32

@@ -16,7 +16,12 @@ from wzviewer.core.constants import SKY_DEPTH
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.worker.models.builtin.depth.figures import find_figures, stand_figures
 from wzviewer.worker.models.builtin.depth.grid import BilateralGrid
-from wzviewer.worker.models.builtin.depth.macro import focus_disparity, focus_ratio, macro_gate
+from wzviewer.worker.models.builtin.depth.macro import (
+    focus_disparity,
+    focus_ratio,
+    local_ratio,
+    macro_gate,
+)
 from wzviewer.worker.models.builtin.depth.network import STRIDE, DepthNetwork
 from wzviewer.worker.models.builtin.depth.refine import (
     extend_under,
@@ -202,7 +207,8 @@ def _with_focus(disparity: FloatArray, sky: Sky, picture: Pyramid) -> tuple[Floa
     if gate <= 0:
         return disparity, 0.0
     share = 0.85 * gate
-    return (1 - share) * disparity + share * focus_disparity(ratio, weight, quarter), gate
+    focus = focus_disparity(ratio, weight, local_ratio(picture.full, size), quarter)
+    return (1 - share) * disparity + share * focus, gate
 
 
 def _refine(disparity: FloatArray, sky: Sky, stands: FloatArray, picture: Pyramid) -> FloatArray:

@@ -26,6 +26,7 @@ from wzviewer.worker.models.builtin.views.leftovers import leftover_layer
 from wzviewer.worker.models.builtin.views.outpaint import Canvas, outpaint, unpadded
 from wzviewer.worker.models.builtin.views.smoothing import dilated
 from wzviewer.worker.models.builtin.views.thinning import visible_pixels
+from wzviewer.worker.models.builtin.views.underlay import underlay
 
 NUM_LAYERS = 2  # the backdrop is behind them, and at deep levels what coarser ones hid
 SHARP_PAD_PX = 20  # pad pixels farther out are emitted at half the resolution
@@ -103,6 +104,7 @@ class ViewSynthesizer:
         frame = Surface(np.ascontiguousarray(image, np.float32), clean, relief, sky)
         canvas = outpaint(frame, axis, gain, seed, check) if outside else unpadded(frame)
         surfaces, masks = _background(canvas, axis, gain, seed, check)
+        painted = masks[min(1, len(masks) - 1)]
         masks = visible_pixels([s.relief for s in surfaces], masks, _offset(canvas), camera, angle_deg)
         if outside:  # around and behind a deeper level there is its parent
             surfaces, masks = _with_leftovers(canvas, surfaces, masks, camera, angle_deg, seed, check)
@@ -115,7 +117,10 @@ class ViewSynthesizer:
             return Completion(image, relief, _layers(canvas, surfaces, masks, axis))
         last = backdrop(canvas, axis)
         surfaces = _under_one_sky(canvas, surfaces, masks, last)
-        return Completion(image, relief, (*_layers(canvas, surfaces, masks, axis), last))
+        layers = _layers(canvas, surfaces, masks, axis)
+        if len(surfaces) > 1:
+            layers += (underlay(canvas.surface, surfaces[1], painted, masks[1], _offset(canvas), axis),)
+        return Completion(image, relief, (*layers, last))
 
 
 def _under_one_sky(
