@@ -108,12 +108,28 @@ def test_flanks_are_where_their_corners_say():
 
 
 def test_what_is_hidden_or_sheer_is_not_optimised():
-    kept = front_surfels(draft(1.0)).kept
-    assert kept[: H * W].sum() == 20 * 30  # of the ground
-    assert not kept[H * W :].any()
-    kept = front_surfels(draft(0.5)).kept
-    assert not kept[: H * W].any()
-    assert kept[H * W :].all()
+    opaque = front_surfels(draft(1.0))
+    assert opaque.kept[: H * W].sum() == 20 * 30  # of the ground
+    assert not opaque.kept[H * W :].any()
+    sheer = front_surfels(draft(0.5))
+    assert not sheer.kept[: H * W].any()
+    assert sheer.kept[H * W :].all()
+
+
+def test_what_touches_nothing_that_is_seen_is_buried():
+    floating, touching = draft(1.0), draft(1.0)
+    assert front_surfels(floating).buried.sum() == 14 * 24  # three pixels in from each side
+    relief = touching.relief + np.linspace(-40, 40, W, dtype=np.float32)  # steep: it reaches past the part
+    part = replace(touching.parts[0], relief=relief[20:40, 25:55] - 0.25)
+    assert not front_surfels(replace(touching, relief=relief, parts=(part,))).buried.any()
+
+
+def test_what_a_part_buries_of_another_is_no_target():
+    start = draft(1.0)
+    near = replace(start.parts[0], relief=start.parts[0].relief - 5)
+    under, over = part_layers(replace(start, parts=(start.parts[0], near)), 0.97)
+    assert (under.image[3:-3, 3:-3] < -1).all()
+    assert np.array_equal(over.image[9, 9], RED)
 
 
 def standing(height_px):

@@ -263,15 +263,19 @@ class SurfelObjective:
         count = 3 * h * w
         return float(loss.L1_SHARE * l1.sum() / count + loss.SSIM_SHARE * (1 - ssim.sum() / count))
 
-    def step_colors(self, view: PreparedView) -> None:
+    def step_colors(self, view: PreparedView, behind: FloatArray) -> None:
         """Adds to each colour what its own pixel lacks, clamped to [0, 1].
 
-        What shows through is taken to be right, as pictures are presented relative to their coverage.
         Only the nearest surfel centred in a pixel owns it.  The rendering is nearly the colours
         themselves, so this Jacobi iteration converges at once; it departs from the paper, where
         colours are fixed.
+
+        Args:
+            view: from `prepare`.
+            behind: (3, H, W) what shows through; the target itself where nothing is, as pictures are
+                presented relative to their coverage.
         """
-        image, size = self.render(view, view.target), (view.camera.width, view.camera.height)
+        image, size = self.render(view, behind), (view.camera.width, view.camera.height)
         planes = (image, view.target, view.mask)
         with KERNELS:
             stepping.add_lacking(self._work.rows, view.order, *planes, *size, self.colors)

@@ -24,10 +24,12 @@ OPAQUE = 0.97  # coverage by an object, from which on nothing is seen through it
 HIDES = 0.9  # coverage by an object, from which on what it hides is left as it is
 SHEER = 0.9  # opacity, below which a surfel is meant to be seen through
 RIM_SIGMA_PX, RIM_STEP_PX = 0.45, 12.0  # of flanks at an outline: that far down to the next pixel
+BURIED_PX = 3  # from what is seen: no footprint reaches as far
 HIDDEN_SIGMA_PX = 0.75  # not optimised: softer than the front, and closed
 CONTACT_PX = 0.25  # that an object is in front of its ground
 ASIDE_SLOPE, ASIDE_PX = 0.5, 8.0  # a camera 26 degrees aside sees so far past an outline, and a bit
 DEEP_PX = 128.0  # from an outline: so far a camera sees into gaps of a body, whatever its flanks hide
+UNKNOWN = np.float32(-9.0)  # a colour that stands for none
 _ROOM_PX, _NOWHERE = 15, np.float32(-1e6)
 _REACH = 4  # pixels whose footprints reach into one
 
@@ -38,11 +40,13 @@ class Front:
 
     Attributes:
         surfels: the ground, and in front of it the objects' parts.
-        kept: (n,) those that are no one's to optimise: what is hidden, and what is seen through.
+        kept: (n,) those that are no one's to optimise: what is covered, and what is seen through.
+        buried: (n,) those among them that touch nothing which is seen.
     """
 
     surfels: Surfels
     kept: BoolArray
+    buried: BoolArray
 
 
 def front_surfels(draft: Draft) -> Front:
@@ -51,22 +55,41 @@ def front_surfels(draft: Draft) -> Front:
     shown = np.where(out_of_sight(draft, draft.relief), np.float32(np.nan), draft.relief)
     sets = [generate_surfels(image, shown, draft.camera)]
     sets += [_part_surfels(part, draft) for part in draft.parts]
-    covers = _covers(draft)
-    hidden = [_is_at(s, cover, draft) for s, cover in zip(sets, covers, strict=True)]
+    fronts = _fronts(draft)
+    hidden = [_is_at(s, front > _NOWHERE, draft) for s, front in zip(sets, fronts, strict=True)]
+    buried = [_is_at(s, places, draft) for s, places in zip(sets, _buried(draft, fronts), strict=True)]
     sets = [_closed(sets[0], hidden[0]), *sets[1:]]  # a body's own detail goes on under its hairs
-    kept = [h | (s.opacities < SHEER) for s, h in zip(sets, hidden, strict=True)]
-    return Front(Surfels.concatenate(sets), np.concatenate(kept))
+    surfels = Surfels.concatenate(sets)
+    return Front(surfels, np.concatenate(hidden) | (surfels.opacities < SHEER), np.concatenate(buried))
 
 
-def _covers(draft: Draft) -> list[BoolArray]:
-    """Returns where (h, w) the ground, and then each part, is hidden by what comes after it."""
-    covers = [np.zeros(draft.relief.shape, bool)]
+def _fronts(draft: Draft) -> list[FloatArray]:
+    """Returns the relief (h, w) of what hides the ground, and then each part: the nearest after it."""
+    fronts = [np.full(draft.relief.shape, _NOWHERE)]
     for part in reversed(draft.parts):
         (x, y), (h, w) = part.offset_px, part.alpha.shape
-        cover = covers[0].copy()
-        cover[y : y + h, x : x + w] |= np.isfinite(part.relief) & (part.alpha >= HIDES)
-        covers.insert(0, cover)
-    return covers
+        front = fronts[0].copy()
+        window = front[y : y + h, x : x + w]
+        hides = np.isfinite(part.relief) & (part.alpha >= HIDES)
+        nearer = hides & ((window == _NOWHERE) | (part.relief < window))
+        window[nearer] = part.relief[nearer]
+        fronts.insert(0, front)
+    return fronts
+
+
+def _buried(draft: Draft, fronts: list[FloatArray]) -> list[BoolArray]:
+    """Tells where (h, w) the ground, and then each part, is behind all that is seen within a footprint."""
+    window = np.ones((2 * BURIED_PX + 1,) * 2, np.uint8)
+    places = []
+    for front, part in zip(fronts, (None, *draft.parts), strict=True):
+        (x, y), (h, w) = ((0, 0), front.shape) if part is None else (part.offset_px, part.alpha.shape)
+        own = draft.relief if part is None else part.relief
+        nearest = cv2.erode(np.where(np.isnan(own), -_NOWHERE, own), window)
+        covered = cv2.erode((front > _NOWHERE).astype(np.uint8), window, borderValue=1) > 0
+        behind = np.zeros(front.shape, bool)
+        behind[y : y + h, x : x + w] = nearest > cv2.dilate(front, window)[y : y + h, x : x + w]
+        places.append(covered & behind)
+    return places
 
 
 def _is_at(surfels: Surfels, places: BoolArray, draft: Draft) -> BoolArray:
@@ -203,14 +226,19 @@ def in_sight(layer: Layer, draft: Draft) -> Layer:
     return replace(layer, mask=mask)
 
 
+def ground_target(draft: Draft) -> FloatArray:
+    """Returns the picture of the ground (h, w, 3); what is buried is marked as `UNKNOWN`."""
+    image = draft.image if draft.ground is None else draft.ground
+    return np.where(_buried(draft, _fronts(draft))[0][..., None], UNKNOWN, image) if draft.parts else image
+
+
 def part_layers(draft: Draft, least: float) -> tuple[Layer, ...]:
-    """Returns the parts as layers for `warp_view`; what covers less is marked by a colour below zero."""
-    return tuple(
-        Layer(
-            np.where(part.alpha[..., None] >= least, part.color, np.float32(-9.0)),
-            np.nan_to_num(part.relief),
-            np.isfinite(part.relief) & (part.alpha >= 0.5 * (1 - least)),
-            part.offset_px,
-        )
-        for part in draft.parts
-    )
+    """Returns the parts as layers for `warp_view`; what covers less, or is buried, is marked as `UNKNOWN`."""
+    layers = []
+    for part, cover in zip(draft.parts, _buried(draft, _fronts(draft))[1:], strict=True):
+        (x, y), (h, w) = part.offset_px, part.alpha.shape
+        known = (part.alpha >= least) & ~cover[y : y + h, x : x + w]
+        mask = np.isfinite(part.relief) & (part.alpha >= 0.5 * (1 - least))
+        color = np.where(known[..., None], part.color, UNKNOWN)
+        layers.append(Layer(color, np.nan_to_num(part.relief), mask, part.offset_px))
+    return tuple(layers)

@@ -15,7 +15,14 @@ from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.stages.stage2_depth_registration import register
 from wzviewer.worker.stages.stage4_auxiliary_views import synthesize_auxiliary_views, warp_view
 from wzviewer.worker.stages.stage5_optimization import ROOT_STEPS, STEPS, TargetView, optimize
-from wzviewer.worker.standing import OPAQUE, front_surfels, in_sight, part_layers, settled
+from wzviewer.worker.standing import (
+    OPAQUE,
+    front_surfels,
+    ground_target,
+    in_sight,
+    part_layers,
+    settled,
+)
 
 Check = Callable[[], None]
 
@@ -70,17 +77,21 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
 
 
 def optimize_level(draft: Draft, check: Check) -> Surfels:
-    """Stage 5: q, s and o of the front surfels; the layers behind it stay as lifted (lines 29-31)."""
+    """Stage 5: q, s and o of what is seen at C; what is hidden there stays as lifted (lines 29-31)."""
     front = front_surfels(draft)
-    image = draft.image if draft.ground is None else draft.ground
+    ground = ground_target(draft)
     views = []
     for camera in draft.extra["neighbours"][:2]:
-        target, known = warp_view(image, draft.relief, part_layers(draft, OPAQUE), draft.camera, camera)
-        clear = target.min(-1) >= -1e-3  # what is seen through an object has no colour of its own
+        target, known = warp_view(ground, draft.relief, part_layers(draft, OPAQUE), draft.camera, camera)
+        clear = target.min(-1) >= -1e-3  # what is seen through an object, or buried in it, is no target
         views.append(TargetView(camera, np.maximum(target, 0), known & clear))
         check()
     steps = STEPS if draft.path else ROOT_STEPS
     shared = (draft.image, draft.camera, draft.frame, views, steps)
-    kept = front.kept if draft.parts else None
-    surfels = optimize(front.surfels, *shared, on_step=lambda *_: check(), kept=kept)
-    return Surfels.concatenate([surfels, *layer_surfels(draft)])
+    if not draft.parts:
+        surfels = optimize(front.surfels, *shared, on_step=lambda *_: check())
+        return Surfels.concatenate([surfels, *layer_surfels(draft)])
+    buried, seen = front.surfels.take(front.buried), front.surfels.take(~front.buried)
+    kept = front.kept[~front.buried]
+    seen = optimize(seen, *shared, on_step=lambda *_: check(), kept=kept, hidden=buried)
+    return Surfels.concatenate([seen, buried, *layer_surfels(draft)])

@@ -19,6 +19,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.objective import AdamState, PreparedView, SurfelObjective
+from wzviewer.worker.rasterize import LevelPart, render
 
 STEPS, COLOR_STEPS = 12, 2
 ROOT_STEPS = 10  # of E_0, which is waited for; at C_0 it is as sharp (45.0 dB, after twelve 44.4)
@@ -53,6 +54,7 @@ def optimize(
     color_steps: int = COLOR_STEPS,
     on_step: Callable[[int, int], None] | None = None,
     kept: BoolArray | None = None,
+    hidden: Surfels | None = None,
 ) -> Surfels:
     """OptimizeSurfels of Algorithm 1 (lines 30-31).
 
@@ -66,6 +68,7 @@ def optimize(
         color_steps: closed-form steps on the colours at C_{i+1} afterwards; 0 keeps them, as the paper.
         on_step: called as (done, total) before each step; may raise `Cancelled`.
         kept: (n,) surfels whose q, s and o stay, such as what is meant to be seen through.
+        hidden: what is behind the surfels wherever C sees them; drawn once for each view, as its backdrop.
 
     Returns:
         The surfels with new quats, scales, opacities (and colors), in the same order.
@@ -75,21 +78,41 @@ def optimize(
     objective = SurfelObjective(surfels, frame)
     source = TargetView(camera, image)
     schedule = view_schedule(source, views, steps)
-    prepared: dict[int, PreparedView] = {}
-    backdrops: dict[int, FloatArray] = {}
+    backdrops = _Backdrops(hidden, frame)
+    prepared: dict[int, tuple[PreparedView, FloatArray]] = {}
     state = AdamState(len(surfels), (RATE_QUAT, RATE_LOG_SCALE, RATE_OPACITY))
     for step, view in enumerate(schedule):
         if on_step is not None:
             on_step(step, steps + color_steps)
         if id(view) not in prepared:
-            prepared[id(view)] = objective.prepare(view.camera, view.target, view.mask)
-            backdrops[id(view)] = contrasting(prepared[id(view)].target)
-        objective.descend(prepared[id(view)], state, backdrops[id(view)], kept)
+            sorted_once = objective.prepare(view.camera, view.target, view.mask)
+            prepared[id(view)] = sorted_once, backdrops.over(contrasting(sorted_once.target), view.camera)
+        looked, behind = prepared[id(view)]
+        objective.descend(looked, state, behind, kept)
+    looked = prepared[id(source)][0] if steps else objective.prepare(camera, image)
+    behind = backdrops.over(looked.target, camera)
     for step in range(color_steps):
         if on_step is not None:
             on_step(steps + step, steps + color_steps)
-        objective.step_colors(prepared.get(id(source)) or objective.prepare(camera, image))
+        objective.step_colors(looked, behind)
     return objective.result()
+
+
+class _Backdrops:
+    """Pictures of hidden surfels over what is behind them."""
+
+    def __init__(self, hidden: Surfels | None, frame: LevelFrame) -> None:
+        self._parts = [] if hidden is None or len(hidden) == 0 else [LevelPart.of(hidden, frame)]
+
+    def over(self, picture: FloatArray, camera: Camera) -> FloatArray:
+        """Returns the hidden surfels over a picture (3, H, W), as a camera sees them."""
+        if not self._parts:
+            return picture
+        seen = render(self._parts, camera, depth=False)
+        inside = (slice(None), slice(0, camera.height), slice(0, camera.width))
+        out = picture.copy()
+        out[inside] = seen.color.transpose(2, 0, 1) + (1 - seen.coverage) * picture[inside]
+        return out
 
 
 def contrasting(target: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from wzviewer.core.constants import COVERAGE_FEATHER
 from wzviewer.core.types import DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.dew import bedewed, scattered
 from wzviewer.worker.models.builtin.objects.grammar import Change
@@ -22,6 +23,7 @@ from wzviewer.worker.models.builtin.objects.lighting import (
 
 # Snowflakes, far to near: how many, radius and blur in picture widths, strength.
 _FLAKES = ((420, 0.0011, 0.0006, 0.9), (130, 0.0022, 0.0012, 0.85), (26, 0.0055, 0.0035, 0.55))
+_FADE, _RAGGED = 0.09, 0.5  # of the shorter side: how wide a change fades out, and how unevenly
 _MOSS_DARK, _MOSS_YOUNG = (
     np.array([0.085, 0.135, 0.022], np.float32),
     np.array([0.30, 0.36, 0.06], np.float32),
@@ -94,7 +96,20 @@ def changed(image: FloatArray, relief: FloatArray, changes: tuple[Change, ...], 
 def changed_by(change: Change, image: FloatArray, relief: FloatArray, seed: int) -> FloatArray:
     """Returns the picture (h, w, 3) sRGB after one change."""
     ground = Ground.of(image, relief, seed)
-    return np.clip(_CHANGES[change.name](ground, change.amount), 0, 1).astype(np.float32)
+    made = np.clip(_CHANGES[change.name](ground, change.amount), 0, 1)
+    if change.name != "dew":  # its drops are whole or not there
+        made = image + (made - image) * _inside(image.shape[:2], seed)[..., None]
+    return np.asarray(made, np.float32)
+
+
+def _inside(shape: tuple[int, int], seed: int) -> FloatArray:
+    """Returns (h, w) how far a change is felt: at the border a level fades into its parent, which lacks it."""
+    h, w = shape
+    rows, columns = np.arange(h) + 0.5, np.arange(w) + 0.5
+    down, across = np.minimum(rows, h - rows), np.minimum(columns, w - columns)
+    away = np.minimum(down[:, None], across[None, :]) / min(h, w) - COVERAGE_FEATHER
+    ragged = np.exp(_RAGGED * noise(shape, max(w / 24, 2.0), seed + 7, 4))
+    return _smooth(0.0, _FADE, away * ragged)
 
 
 def noise(
@@ -255,7 +270,10 @@ def dew_on(image: FloatArray, relief: FloatArray, amount: float, seed: int) -> D
 def _dew_of(ground: Ground, amount: float) -> Dew:
     h, w = ground.facing.shape
     light = light_from_photo(ground.image, (w / 2, h / 2), w / 4)
-    return Dew(scattered(ground.facing, amount, ground.seed), light)
+    drops = scattered(ground.facing, amount, ground.seed)
+    x, y, radius = drops.T[:3]
+    border = np.minimum(np.minimum(x, w - x), np.minimum(y, h - y)) - 1.3 * radius  # and its shadow
+    return Dew(drops[border > COVERAGE_FEATHER * min(h, w)], light)
 
 
 def _dew(ground: Ground, amount: float) -> FloatArray:
