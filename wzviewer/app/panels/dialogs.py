@@ -10,7 +10,8 @@ from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.folder import draw_folder
 from wzviewer.app.panels.frame import seen_rect
-from wzviewer.app.panels.surface import Ui, elided, face, plate, primary, shade, wrapped
+from wzviewer.app.panels.notices import shade_all
+from wzviewer.app.panels.surface import Ui, elided, face, plate, primary, wrapped
 from wzviewer.app.state import AppState
 
 WIDTH_PT, HEIGHT_PT = 460.0, 150.0
@@ -32,7 +33,7 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
     if not kind:
         return []
     window = ui.layout.window
-    shade(ui)
+    shade_all(state, ui, "dialog")
     width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
     height = ui.pt(HEIGHT_PT + (LIST_PT if state.panels.dialog_list is not None else 0.0))
     top = max(window.height * 0.38 - height / 2, ui.pt(12))

@@ -6,13 +6,13 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
+from wzviewer.app.panels.notices import START_PT, shade_all
 from wzviewer.app.panels.recents import draw_leftover, draw_recents, extra_height
-from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primary, shade
+from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primary
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
 SIZE_PT = (520.0, 274.0)
-WIDE_PT = 660.0  # with recent files
 
 
 def draw_start(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -25,14 +25,14 @@ def draw_start_over(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the same over a document, on request; a click beside it goes back to the document."""
     if not state.panels.start or not state.has_document:
         return []
-    is_left = shade(ui)
+    is_left = shade_all(state, ui, "start")
     return [cmd.Toggle("start")] if is_left else _page(state, ui)
 
 
 def _page(state: AppState, ui: Ui) -> list[cmd.Command]:
     window = ui.layout.window
     extra, rows = extra_height(state, ui)
-    wide = WIDE_PT if rows else SIZE_PT[0]
+    wide = START_PT if rows else SIZE_PT[0]
     sides = (ui.pt(wide), ui.pt(SIZE_PT[1]) + extra)
     width, height = (min(side, room) for side, room in zip(sides, _room(window), strict=True))
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
