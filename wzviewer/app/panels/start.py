@@ -7,6 +7,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.notices import START_PT, shade_all
+from wzviewer.app.panels.prompt import draw_bar
 from wzviewer.app.panels.recents import draw_leftover, draw_recents, extra_height
 from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primary
 from wzviewer.app.state import AppState
@@ -76,6 +77,10 @@ def _drop_zone(state: AppState, ui: Ui, width: float) -> list[cmd.Command]:
     else:
         with colored(ui.colors.muted):
             _centred("or drop a photo or a scene anywhere on this window")
+    at = imgui.get_cursor_pos()
+    if state.errand is not None:
+        draw_bar(ui, 0.0, state.now_s, is_unknown=True)
+        imgui.set_cursor_pos(at)  # nothing moves below it
     imgui.dummy((1.0, ui.pt(8)))
     return [cmd.AskOpen()] if pressed else []
 
