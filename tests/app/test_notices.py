@@ -39,6 +39,5 @@ def test_notices_stay_readable_over_what_darkens_the_rest(screen, cover):
         screen.frame(covered)
     assert depth_of("shade") < depth_of("film")
     assert depth_of("shade") < depth_of("toast0")
-    if cover == "dialog":
-        assert depth_of("toast0") < depth_of("dialog")
+    assert (depth_of("toast0") < depth_of(cover)) == (cover == "dialog")
     assert cmd.CancelFilm() not in screen.click(covered, rect.right - 40, rect.y + 20)

@@ -8,8 +8,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.keys import LETTERS, Binding, keymap_of
 from wzviewer.app.layout import Rect
-from wzviewer.app.panels.notices import shade_all
-from wzviewer.app.panels.surface import Ui, colored, face, plate
+from wzviewer.app.panels.surface import Ui, colored, face, plate, shade
 from wzviewer.app.settings import KeymapName
 from wzviewer.app.state import AppState
 
@@ -28,7 +27,7 @@ def draw_help(state: AppState, ui: Ui) -> list[cmd.Command]:
     if not state.panels.help:
         return []
     window = ui.layout.window
-    is_clicked = shade_all(state, ui, "help")
+    is_clicked = shade(ui)
     keymap = state.settings.keymap
     width = min(ui.pt(WIDTH_PT), window.width - 24)
     is_narrow = width < ui.pt(len(COLUMNS) * COLUMN_PT)

@@ -8,8 +8,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.logbook import LEVELS, LogLine
-from wzviewer.app.panels.notices import shade_all
-from wzviewer.app.panels.surface import Ui, choice, colored, face, plate, primary
+from wzviewer.app.panels.surface import Ui, choice, colored, face, plate, primary, shade
 from wzviewer.app.state import AppState
 
 SIZE_PT = (900.0, 520.0)
@@ -21,7 +20,7 @@ def draw_log(state: AppState, ui: Ui) -> list[cmd.Command]:
     if not state.log.is_open:
         return []
     window = ui.layout.window
-    commands: list[cmd.Command] = [cmd.ToggleLog()] if shade_all(state, ui, "log") else []
+    commands: list[cmd.Command] = [cmd.ToggleLog()] if shade(ui) else []
     width, height = (min(ui.pt(SIZE_PT[0]), window.width - 24), min(ui.pt(SIZE_PT[1]), window.height - 24))
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
     with plate("log", rect, alpha=0.98, is_front=True):

@@ -5,7 +5,7 @@ from dataclasses import replace
 from wzviewer.app import commands as cmd
 from wzviewer.app.layout import Layout, Rect
 from wzviewer.app.panels.keep import draw_film
-from wzviewer.app.panels.surface import Ui, shade
+from wzviewer.app.panels.surface import Ui
 from wzviewer.app.panels.toasts import draw_toasts
 from wzviewer.app.state import AppState
 
@@ -68,18 +68,10 @@ def draw_notices(state: AppState, ui: Ui, place: Rect, is_front: bool = False) -
     return asked + draw_toasts(state, ui, rest, is_front)
 
 
-def shade_all(state: AppState, ui: Ui, cover: str) -> bool:
-    """Darkens all but the notices, which stay readable; returns whether what is dark was clicked.
-
-    Args:
-        state: of the app.
-        ui: what to draw with.
-        cover: what asks for it; of several covers the uppermost shows the notices.
-    """
-    is_clicked = shade(ui)
-    if cover == uppermost(state):
-        draw_notices(state, ui, notices_place(state, ui.layout), is_front=True)
-    return is_clicked
+def draw_notices_over(state: AppState, ui: Ui) -> None:
+    """Draws them at the very top, to be read only: they stay readable while something darkens the rest."""
+    place, top = notices_place(state, ui.layout), ui.layout.toolbar.y
+    draw_notices(state, ui, replace(place, y=top, height=place.bottom - top), is_front=True)
 
 
 def uppermost(state: AppState) -> str:

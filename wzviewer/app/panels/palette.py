@@ -6,8 +6,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.palette import Entry, entries_of, found
-from wzviewer.app.panels.notices import shade_all
-from wzviewer.app.panels.surface import Ui, colored, elided, face, plate
+from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, shade
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -29,7 +28,7 @@ def draw_palette(state: AppState, ui: Ui) -> list[cmd.Command]:
     first, rows = shown(state.palette.marked, len(hits), min(MAX_ROWS, max(room, 1)))
     width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
     height = ui.pt(2 * PADDING_PT + FIELD_PT + 8 + ROW_PT * max(rows, 1))
-    is_left = shade_all(state, ui, "palette") or imgui.is_key_pressed(imgui.Key.escape, repeat=False)
+    is_left = shade(ui) or imgui.is_key_pressed(imgui.Key.escape, repeat=False)
     imgui.push_style_var(imgui.StyleVar_.window_padding.value, (ui.pt(PADDING_PT), ui.pt(PADDING_PT)))
     with plate("palette", Rect((window.width - width) / 2, top, width, height), alpha=0.98, is_front=True):
         commands, chosen = _field(state, hits)

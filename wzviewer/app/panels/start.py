@@ -6,10 +6,10 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
-from wzviewer.app.panels.notices import START_PT, shade_all
+from wzviewer.app.panels.notices import START_PT
 from wzviewer.app.panels.prompt import draw_bar
 from wzviewer.app.panels.recents import draw_leftover, draw_recents, extra_height
-from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primary
+from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primary, shade
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
@@ -26,7 +26,7 @@ def draw_start_over(state: AppState, ui: Ui) -> list[cmd.Command]:
     """Draws the same over a document, on request; a click beside it goes back to the document."""
     if not state.panels.start or not state.has_document:
         return []
-    is_left = shade_all(state, ui, "start")
+    is_left = shade(ui)
     return [cmd.Toggle("start")] if is_left else _page(state, ui)
 
 
