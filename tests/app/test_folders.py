@@ -43,6 +43,8 @@ def test_a_desktop_starts_where_nobody_works(monkeypatch, tmp_path):
     monkeypatch.setattr(Path, "home", lambda: tmp_path)
     monkeypatch.chdir("/")
     assert beginning(state) == tmp_path
+    (tmp_path / "Pictures").mkdir()
+    assert beginning(state) == tmp_path / "Pictures"
     files = (RecentFile(Path("/gone/a.wz"), 2.0, is_missing=True), RecentFile(Path("/there/b.wz"), 1.0))
     state = replace(state, recents=Recents(files))
     assert beginning(state) == Path("/there")

@@ -10,6 +10,7 @@ from wzviewer.app import commands as cmd
 from wzviewer.app.apply import apply
 from wzviewer.app.layout import arrange
 from wzviewer.app.locating import location
+from wzviewer.app.panels.status import photo_width
 from wzviewer.app.places import shows_photo
 from wzviewer.app.viewing import advance
 from wzviewer.core.navigation import orbited
@@ -80,3 +81,12 @@ def test_the_photo_stays_sharp_while_its_scene_is_being_made():
     assert shows_photo(zoomed)
     turned = orbited(state.view.camera, state.view.focus, 0.1, 0.0)
     assert not shows_photo(replace(state, view=replace(state.view, camera=turned)))
+
+
+@pytest.mark.parametrize("depth", [0.5, 1.0, 3.0])
+def test_the_scale_bar_is_the_share_of_the_photo_that_it_covers_on_the_screen(depth):
+    state = state_with(make_scene(1))
+    root = state.scene[0].camera
+    focus = root.unproject(root.width / 2, root.height / 2, depth)
+    width = photo_width(replace(state, view=replace(state.view, focus=focus)))
+    assert width / root.pixel_scale(depth) == pytest.approx(root.width)

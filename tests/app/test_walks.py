@@ -243,6 +243,18 @@ def test_a_small_window_has_room_for_all(walk, photo):
     walk.shoot()
 
 
+def test_a_slash_that_a_moving_mouse_keeps_from_its_key_is_not_typed(walk, photo):
+    near(walk, photo)
+    walk.io.add_mouse_pos_event(300.0, 200.0)  # imgui hands out signs a frame after that
+    walk.io.add_key_event(K.slash, True)
+    walk.io.add_input_characters_utf8("/")
+    walk.io.add_key_event(K.slash, False)
+    for letter in "bee":
+        walk.io.add_input_characters_utf8(letter)
+    walk.wait(6)
+    assert walk.state.prompt == "bee"
+
+
 @pytest.mark.parametrize("at_frame", [0, 1, 2, 3, 4])
 def test_what_is_typed_right_after_the_slash_is_a_prompt_and_flies_nowhere(walk, photo, at_frame):
     near(walk, photo)

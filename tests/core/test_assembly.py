@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.core.builders import random_surfels
+from wzviewer.core import assembly as assembly_module
 from wzviewer.core.anchor import LevelFrame
 from wzviewer.core.assembly import MAX_SURFELS, LevelAssembly, finished, surfel_arrays
 from wzviewer.core.camera import Camera
@@ -41,6 +42,16 @@ def test_chunks_make_up_the_revision():
     expected = finished(surfels, level.camera, level.frame)
     for name, array in assembly.level().surfels.arrays().items():
         np.testing.assert_array_equal(array, getattr(expected, name))
+
+
+def test_unpacking_in_pieces_changes_no_bit(monkeypatch):
+    _, _, level = begun()
+    surfels = random_surfels(1000)
+    whole = finished(surfels, level.camera, level.frame)
+    monkeypatch.setattr(assembly_module, "UNPACKED_SURFELS", 64)
+    pieces = finished(surfels, level.camera, level.frame)
+    for name, array in whole.arrays().items():
+        assert pieces.arrays()[name].tobytes() == array.tobytes()
 
 
 def test_a_revision_may_begin_again():

@@ -98,6 +98,8 @@ def typed_ahead(state: AppState) -> list[cmd.Command]:
     """
     is_coming = state.panels.prompt_focus > 0 and not imgui.get_io().want_text_input
     text = _typed() if is_coming else ""
+    if state.panels.prompt_focus == cmd.FocusPrompt().frames:  # a mouse that moved kept the sign from its key
+        text = text.removeprefix("/")
     return [cmd.EditPrompt(state.prompt + text)] if text else []
 
 

@@ -16,6 +16,7 @@ size is within the cap, so a file can ask for no more memory than it has bytes.
 
 import json
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -34,6 +35,7 @@ FORMAT, VERSION = "wzviewer-scene", 1
 MAX_MANIFEST_BYTES = 16 << 20
 MAX_ENTRY_BYTES = 4 << 30
 MAX_ENTRIES = 5 * MAX_LEVELS
+READERS = 2  # levels at once
 DAMAGED = "the scene file is damaged"
 
 
@@ -117,9 +119,11 @@ def _read_scene(archive: zipfile.ZipFile, name: str) -> Scene:
     scene = Scene()
     known = ("format", "version", "levels", *FIELDS)
     scene.unknown_fields = {k: v for k, v in manifest.items() if k not in known}
-    for index, header in enumerate(manifest["levels"][:MAX_LEVELS]):
-        scene.append(get_level(archive, index, header))
-        scene.commit(index)
+    headers = manifest["levels"][:MAX_LEVELS]
+    with ThreadPoolExecutor(READERS) as pool:  # most of it is done without Python's lock
+        for level in pool.map(lambda index: get_level(archive, index, headers[index]), range(len(headers))):
+            scene.append(level)
+            scene.commit(level.index)
     for index, mark in marks_from_json(manifest, len(scene)).items():
         scene.set_mark(index, mark)
     if not len(scene):

@@ -10,6 +10,7 @@ from wzviewer.app import theme
 from wzviewer.app.layout import Rect
 from wzviewer.app.panels.folder import draw_folder
 from wzviewer.app.panels.frame import seen_rect
+from wzviewer.app.panels.notices import draw_notices_over
 from wzviewer.app.panels.surface import Ui, elided, face, plate, primary, shade, wrapped
 from wzviewer.app.state import AppState
 
@@ -33,6 +34,7 @@ def draw_dialogs(state: AppState, ui: Ui) -> list[cmd.Command]:
         return []
     window = ui.layout.window
     shade(ui)
+    draw_notices_over(state, ui)  # below the dialog itself
     width = min(ui.pt(WIDTH_PT), window.width - ui.pt(24))
     height = ui.pt(HEIGHT_PT + (LIST_PT if state.panels.dialog_list is not None else 0.0))
     top = max(window.height * 0.38 - height / 2, ui.pt(12))

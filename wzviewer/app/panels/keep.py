@@ -14,7 +14,6 @@ from wzviewer.app.panels.prompt import draw_bar
 from wzviewer.app.panels.surface import (
     Ui,
     choice,
-    elided,
     face,
     plate,
     primary,
@@ -174,13 +173,14 @@ def _action(
     return [command] if is_pressed else []
 
 
-def draw_film(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], float]:
-    """Draws how far the film is; returns what was asked for, and the height, imgui units."""
+def draw_film(state: AppState, ui: Ui, rect: Rect, is_front: bool = False) -> tuple[list[cmd.Command], float]:
+    """Draws how far the film is, in front to be read only; returns what was asked for, and the height."""
     film = state.film
     if film is None:
         return [], 0.0
     commands: list[cmd.Command] = []
-    with plate("film", Rect(rect.x, rect.y, rect.width, 0.0), grows="down"):
+    flags = imgui.WindowFlags_.no_inputs.value if is_front else 0
+    with plate("film", Rect(rect.x, rect.y, rect.width, 0.0), flags, grows="down", is_front=is_front):
         room = imgui.get_content_region_avail().x
         share = "" if film.is_picture else f" {100 * film.fraction:.0f} %"
         left = left_text(state.clock_s - film.started_s, film.fraction)
@@ -189,8 +189,10 @@ def draw_film(state: AppState, ui: Ui, rect: Rect) -> tuple[list[cmd.Command], f
         button = ui.pt(72)
         imgui.align_text_to_frame_padding()
         icon = icons.ICON_FA_IMAGE if film.is_picture else icons.ICON_FA_FILM
-        text = f"{icon}  {what}  {film.path.name}"
-        imgui.text_unformatted(elided(text, room - button - ui.pt(4)))
+        text, name = f"{icon}  {what}", f"  {film.path.name}"
+        has_room = imgui.calc_text_size(text + name).x <= room - button - ui.pt(4)
+        imgui.text_unformatted(text + name if has_room else text)
+        tooltip(str(film.path))
         imgui.same_line(imgui.get_style().window_padding.x + room - button)
         imgui.begin_disabled(film.is_cancelling)
         if imgui.button("Cancel##film", (button, 0.0)):

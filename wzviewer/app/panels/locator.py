@@ -12,7 +12,7 @@ from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
 PADDING_PT = 4.0
-SMALLEST_PT = 7.0  # of the frame; a smaller one is a cross
+SMALLEST_PT = 14.0  # of the frame; a smaller one is a cross
 CROSS_PT, HOLE_PT = 15.0, 6.0
 
 

@@ -15,7 +15,14 @@ from wzviewer.app.panels.keep import draw_keep
 from wzviewer.app.panels.locator import draw_locator
 from wzviewer.app.panels.log import draw_log
 from wzviewer.app.panels.look import draw_look
-from wzviewer.app.panels.notices import draw_notices, has_notices, is_side_taken, notices_place
+from wzviewer.app.panels.notices import (
+    draw_notices,
+    draw_notices_over,
+    has_notices,
+    is_side_taken,
+    notices_place,
+    uppermost,
+)
 from wzviewer.app.panels.palette import draw_palette
 from wzviewer.app.panels.prompt import draw_prompt
 from wzviewer.app.panels.settings import draw_settings
@@ -46,10 +53,13 @@ def draw_screen(state: AppState, ui: Ui) -> list[cmd.Command]:
         draw_scale_bar(state, ui)
         draw_status(state, ui)
         commands += draw_look(state, _beside_notices(state, ui)) + draw_timeline(state, ui)
-    commands += draw_notices(state, ui, notices_place(state, ui.layout))
+    if not uppermost(state):  # else they are drawn with what covers the rest
+        commands += draw_notices(state, ui, notices_place(state, ui.layout))
     commands += draw_keep(state, ui) + draw_settings(state, ui) + draw_history(state, ui)
     commands += draw_hint(state, ui) + draw_start_over(state, ui) + draw_help(state, ui)
     commands += draw_log(state, ui) + draw_palette(state, ui)
+    if uppermost(state) not in ("", "dialog"):
+        draw_notices_over(state, ui)
     return commands + draw_dialogs(state, ui)
 
 

@@ -6,13 +6,14 @@ from imgui_bundle import imgui
 from wzviewer.app import commands as cmd
 from wzviewer.app import theme
 from wzviewer.app.layout import Rect
+from wzviewer.app.panels.notices import START_PT
+from wzviewer.app.panels.prompt import draw_bar
 from wzviewer.app.panels.recents import draw_leftover, draw_recents, extra_height
 from wzviewer.app.panels.surface import Ui, colored, elided, face, plate, primary, shade
 from wzviewer.app.state import AppState
 from wzviewer.app.theme import u32
 
 SIZE_PT = (520.0, 274.0)
-WIDE_PT = 660.0  # with recent files
 
 
 def draw_start(state: AppState, ui: Ui) -> list[cmd.Command]:
@@ -32,7 +33,7 @@ def draw_start_over(state: AppState, ui: Ui) -> list[cmd.Command]:
 def _page(state: AppState, ui: Ui) -> list[cmd.Command]:
     window = ui.layout.window
     extra, rows = extra_height(state, ui)
-    wide = WIDE_PT if rows else SIZE_PT[0]
+    wide = START_PT if rows else SIZE_PT[0]
     sides = (ui.pt(wide), ui.pt(SIZE_PT[1]) + extra)
     width, height = (min(side, room) for side, room in zip(sides, _room(window), strict=True))
     rect = Rect((window.width - width) / 2, (window.height - height) / 2, width, height)
@@ -76,6 +77,10 @@ def _drop_zone(state: AppState, ui: Ui, width: float) -> list[cmd.Command]:
     else:
         with colored(ui.colors.muted):
             _centred("or drop a photo or a scene anywhere on this window")
+    at = imgui.get_cursor_pos()
+    if state.errand is not None:
+        draw_bar(ui, 0.0, state.now_s, is_unknown=True)
+        imgui.set_cursor_pos(at)  # nothing moves below it
     imgui.dummy((1.0, ui.pt(8)))
     return [cmd.AskOpen()] if pressed else []
 

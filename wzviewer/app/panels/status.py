@@ -22,16 +22,15 @@ FLAT = imgui.WindowFlags_.no_background.value | imgui.WindowFlags_.no_inputs.val
 
 
 def draw_scale_bar(state: AppState, ui: Ui) -> None:
-    """Draws a bar of a round length at the depth of the focus, told in widths of the photo.
+    """Draws a bar of a round length at the depth of the focus, told in widths of the photo there.
 
-    The world's unit is the photo's middle distance: at it the photo is ``width / fx`` units wide.
+    So at home it is the share of the photo's width that it covers on the screen.
     """
     view = state.view
     if view.focus_depth <= 0 or not len(state.scene):
         return
     ratio = imgui.get_io().display_framebuffer_scale.x
-    photo = state.scene[0].camera
-    photos_per_pt = view.camera.pixel_scale(view.focus_depth) * ratio * photo.fx / photo.width
+    photos_per_pt = view.camera.pixel_scale(view.focus_depth) * ratio / photo_width(state)
     rect, text_pt = ui.layout.scale_bar, theme.SMALL_PT
     bar = scale_bar(photos_per_pt, min(ui.pt(BAR_LIMIT_PT), rect.width - ui.pt(2 * PADDING_PT)))
     with plate("scale bar", rect, FLAT), face(ui.fonts.regular, text_pt):
@@ -43,6 +42,13 @@ def draw_scale_bar(state: AppState, ui: Ui) -> None:
         for a, b in pairwise(points):
             draw.add_line(a, b, u32(ui.colors.text), ui.pt(1.6))
         draw.add_text((x, rect.y + ui.pt(7)), u32(ui.colors.text), text)
+
+
+def photo_width(state: AppState) -> float:
+    """Returns how wide the photo is where one looks, world units."""
+    photo = state.scene[0].camera
+    depth = float(photo.to_camera(state.view.focus)[2])
+    return (depth if depth > 0 else 1.0) * photo.width / photo.fx
 
 
 def draw_status(state: AppState, ui: Ui) -> None:

@@ -19,14 +19,17 @@ USUAL_PT = 58.0  # height of a notice of one or two lines, with the gap below
 MAX_DETAILS = 900  # characters: the end of a traceback says what happened
 
 
-def draw_toasts(state: AppState, ui: Ui, rect: Rect) -> list[cmd.Command]:
+def draw_toasts(state: AppState, ui: Ui, rect: Rect, is_front: bool = False) -> list[cmd.Command]:
     """Draws the notices, the newest below.
 
     Args:
         state: of the app.
         ui: what to draw with.
         rect: where they may stand.
+        is_front: whether they stand before all that was drawn earlier, to be read only.
     """
+    flags = imgui.WindowFlags_.no_inputs.value if is_front else 0
+    in_front = is_front or not state.has_document
     commands: list[cmd.Command] = []
     top, usual = rect.y, ui.pt(USUAL_PT)
     alive = [toast for toast in state.toasts if toast.is_alive(state.now_s)]
@@ -36,7 +39,7 @@ def draw_toasts(state: AppState, ui: Ui, rect: Rect) -> list[cmd.Command]:
         most = max(rect.bottom - top - later, usual)
         imgui.push_style_var(imgui.StyleVar_.alpha.value, _opacity(toast, state.now_s))
         place = Rect(rect.x, top, rect.width, most)
-        with plate(f"toast{number}", place, grows="down", scrolls=True, is_front=not state.has_document):
+        with plate(f"toast{number}", place, flags, grows="down", scrolls=True, is_front=in_front):
             asked = _draw(ui, toast)
             top += imgui.get_window_height() + ui.pt(8)
             if not asked and imgui.is_window_hovered() and imgui.is_mouse_clicked(0):
