@@ -103,7 +103,7 @@ def changed_by(change: Change, image: FloatArray, relief: FloatArray, seed: int)
 
 
 def _inside(shape: tuple[int, int], seed: int) -> FloatArray:
-    """Returns (h, w) how far a change is felt: at the border a level fades into its parent, which lacks it."""
+    """Returns (h, w) how far a change is felt: at the border a level fades into its parent."""
     h, w = shape
     rows, columns = np.arange(h) + 0.5, np.arange(w) + 0.5
     down, across = np.minimum(rows, h - rows), np.minimum(columns, w - columns)
