@@ -23,7 +23,8 @@ from wzviewer.worker.models.builtin.objects.lighting import (
 
 # Snowflakes, far to near: how many, radius and blur in picture widths, strength.
 _FLAKES = ((420, 0.0011, 0.0006, 0.9), (130, 0.0022, 0.0012, 0.85), (26, 0.0055, 0.0035, 0.55))
-_FADE, _RAGGED = 0.09, 0.5  # of the shorter side: how wide a change fades out, and how unevenly
+_LYING = ("moss", "rust", "dust", "snow", "frost")  # of these one sees where they end
+_FADE, _RAGGED = 0.06, 0.5  # of the shorter side: how wide that is, and how unevenly
 _MOSS_DARK, _MOSS_YOUNG = (
     np.array([0.085, 0.135, 0.022], np.float32),
     np.array([0.30, 0.36, 0.06], np.float32),
@@ -97,7 +98,7 @@ def changed_by(change: Change, image: FloatArray, relief: FloatArray, seed: int)
     """Returns the picture (h, w, 3) sRGB after one change."""
     ground = Ground.of(image, relief, seed)
     made = np.clip(_CHANGES[change.name](ground, change.amount), 0, 1)
-    if change.name != "dew":  # its drops are whole or not there
+    if change.name in _LYING:  # what is in the air or of the light has no end that could be natural
         made = image + (made - image) * _inside(image.shape[:2], seed)[..., None]
     return np.asarray(made, np.float32)
 
