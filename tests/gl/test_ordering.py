@@ -240,6 +240,26 @@ def test_orders_of_levels_whose_pages_are_written_again_are_forgotten(orders, ga
 
 
 @pytest.mark.gl
+def test_not_even_the_first_order_is_waited_for_where_frames_go_on(gl_context, gate):
+    scene = hill_scene()
+    renderer = SurfelRenderer(gl_context, "shaders", patient=False, gpu_order=False)
+    renderer.sync(scene)
+    gate.open.clear()
+    first = renderer.render_soon(scene[0].camera)  # would never return if it waited
+    assert not first.stats.is_exact
+    assert not first.read_coverage().any()
+    shown = gl_context.ctx.simple_framebuffer((8, 6))
+    shown.clear(1.0, 1.0, 1.0, 1.0)
+    first.present_to(shown)
+    assert not np.frombuffer(shown.read(), np.uint8).any()  # the background, not the picture before
+    shown.release()
+    gate.open.set()
+    until(lambda: renderer.render_soon(scene[0].camera).stats.is_exact)
+    assert renderer.render_soon(scene[0].camera).read_coverage().any()
+    renderer.release()
+
+
+@pytest.mark.gl
 def test_frames_in_motion_become_exact_at_rest(gl_context):
     scene = hill_scene()
     renderer = SurfelRenderer(gl_context, "shaders")

@@ -162,7 +162,7 @@ class Frame:
     Attributes:
         camera: that was rendered.
         settings: with which.
-        picture: None for an empty size.
+        picture: None for an empty size, and as long as there is none.
         stats: of the frame.
     """
 
@@ -182,9 +182,12 @@ class Frame:
         self, framebuffer: moderngl.Framebuffer, viewport: Viewport | None = None, smooth: bool = True
     ) -> None:
         """Draws the frame over its background into a framebuffer (see `Presenter.draw`)."""
-        if self.picture is not None:
-            look = (self.settings.background, self.settings.closed_coverage)
-            self.picture.present(self._presenter, framebuffer, *look, viewport, smooth)
+        if self.picture is None:
+            if min(self.shape) > 0:  # there is none yet
+                framebuffer.clear(*self.settings.background, viewport=viewport)
+            return
+        look = (self.settings.background, self.settings.closed_coverage)
+        self.picture.present(self._presenter, framebuffer, *look, viewport, smooth)
 
     def read_color(self) -> FloatArray:
         """Premultiplied colour and coverage, (h, w, 4) float32."""

@@ -69,7 +69,7 @@ class OrderQueue:
         self._running: Job | None = None
         self._done: tuple[Job, Ordered] | None = None
         self._error: Exception | None = None
-        self._closing = False
+        self._closing = self._has_made = False
         self._thread: threading.Thread | None = None
 
     def ask(self, states: States, camera: Camera, choice: Choice) -> None:
@@ -87,7 +87,7 @@ class OrderQueue:
             self._changed.notify_all()
 
     def newest(self, states: States, camera: Camera, choice: Choice) -> Newest:
-        """Returns the newest order; waits only for the first of all.
+        """Returns the newest order; waits where there is none: for the first of all.
 
         Raises:
             Exception: whatever an order asked for before has failed with.
@@ -104,6 +104,12 @@ class OrderQueue:
             job, ordered = self._done
         now = Job(states, camera, choice)
         return Newest(ordered, job.states is states, job.is_same(now))
+
+    @property
+    def is_first(self) -> bool:
+        """Whether `newest` would wait because no order has been made yet."""
+        with self._changed:
+            return not (self._has_made or self._error is not None or self._closing)
 
     def forget_older(self, states: States) -> None:
         """Never returns an order of other levels again: the pages that it names may be written."""
@@ -147,7 +153,7 @@ class OrderQueue:
     def _finish(self, job: Job, ordered: Ordered) -> None:
         with self._changed:
             if self._running is job:  # else it was forgotten
-                self._done, self._error = (job, ordered), None
+                self._done, self._error, self._has_made = (job, ordered), None, True
                 self._changed.notify_all()
 
 

@@ -42,7 +42,8 @@ class SurfelRenderer:
         rasterizer: ``shaders``; ``kernels`` draws on the CPU; ``auto`` does so where OpenGL is software.
         gpu_order: whether the GPU orders surfels for the shaders; None: a real one with OpenGL 4.3 does.
         patient: wait for the kernels and for merged surfels; when False the shaders draw until the
-            kernels are ready, and exact surfels until merged ones have been made.
+            kernels are ready, exact surfels until merged ones have been made, and `render_soon` draws
+            nothing until it has the first order of all.
     """
 
     def __init__(
@@ -160,6 +161,8 @@ class SurfelRenderer:
             return self.render(camera, settings)
         choice = replace(self._choice(settings), margin_px=MARGIN_SHARE * max(camera.width, camera.height))
         self._orders.ask(self._arrivals.states, camera, choice)
+        if not self.patient and self._orders.is_first:  # a quarter of a second, that no frame waits for
+            return replace(self._empty(camera, settings), stats=FrameStats(is_exact=False))
         newest = self._orders.newest(self._arrivals.states, camera, choice)
         if newest.is_current:
             rasterizer.pages.reclaim()
