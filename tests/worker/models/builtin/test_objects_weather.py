@@ -57,7 +57,7 @@ def test_more_of_it_changes_more(name):
 def test_at_the_border_it_is_the_parents_picture(name):
     moved = np.abs(after(name) - picture()).max(-1)
     rim = np.ones((H, W), bool)
-    rim[4:-4, 4:-4] = False  # where the level itself fades out: 0.04 of the shorter side
+    rim[8:-8, 8:-8] = False  # where the level itself fades out: 0.08 of the shorter side
     assert moved[rim].max() < 1e-6
     assert moved[~rim].max() > 0.1
 
@@ -72,13 +72,13 @@ def test_fog_thickens_with_depth():
     foggy = after("fog", relief=((H - v) * 5).astype(np.float32))
     inside = [(slice(top, top + 20), slice(24, W - 24)) for top in (20, H - 40)]
     far, near = (foggy[at].std() / picture()[at].std() for at in inside)
-    assert far < 0.7 * near  # measured 0.26 and 0.45
+    assert far < 0.7 * near  # measured 0.42 and 0.71
 
 
 def test_night_is_dark_and_blue_and_moss_is_green():
-    night, moss = after("night"), after("moss", 1.0)
-    inside = (slice(20, H - 20), slice(20, W - 20))
-    assert night[inside].mean() < 0.6 * picture()[inside].mean()  # measured 0.55
+    inside = (slice(26, H - 26), slice(26, W - 26))
+    night, moss = after("night")[inside], after("moss", 1.0)[inside]
+    assert night.mean() < 0.6 * picture()[inside].mean()  # measured 0.57
     assert night[..., 2].mean() > 1.1 * night[..., 0].mean()
     assert moss[..., 1].mean() > 1.2 * moss[..., 2].mean()
 

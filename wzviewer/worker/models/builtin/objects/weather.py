@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from wzviewer.core.constants import COVERAGE_FEATHER
-from wzviewer.core.types import DoubleArray, FloatArray
+from wzviewer.core.constants import COVERAGE_FEATHER, FEATHER_MIN_PX
+from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.dew import bedewed, scattered
 from wzviewer.worker.models.builtin.objects.grammar import Change
 from wzviewer.worker.models.builtin.objects.lighting import (
@@ -23,8 +23,9 @@ from wzviewer.worker.models.builtin.objects.lighting import (
 
 # Snowflakes, far to near: how many, radius and blur in picture widths, strength.
 _FLAKES = ((420, 0.0011, 0.0006, 0.9), (130, 0.0022, 0.0012, 0.85), (26, 0.0055, 0.0035, 0.55))
-_LYING = ("moss", "rust", "dust", "snow", "frost")  # of these one sees where they end
-_FADE, _RAGGED = 0.06, 0.5  # of the shorter side: how wide that is, and how unevenly
+_LYING = frozenset({"moss", "rust", "dust", "snow", "frost"})  # of these one sees where they end
+_FADE, _UNEVEN = 0.06, 0.5  # of the shorter side: how wide that is, and how unevenly
+_BORDER_MAX = 0.08  # of the shorter side
 _MOSS_DARK, _MOSS_YOUNG = (
     np.array([0.085, 0.135, 0.022], np.float32),
     np.array([0.30, 0.36, 0.06], np.float32),
@@ -68,7 +69,7 @@ class Ground:
         luma = image @ _LUMA
         w = image.shape[1]
         known = np.isfinite(relief)
-        z = np.where(known, relief, np.median(relief[known]) if known.any() else 0.0).astype(np.float32)
+        z = _filled(relief, known)
         low, high = np.percentile(z, 2), np.percentile(z, 98)
         deep = float(high - low) > 0.02 * w
         away = (
@@ -87,6 +88,16 @@ class Ground:
         return cls(image, facing.astype(np.float32), full, shelter.astype(np.float32), seed)
 
 
+def _filled(relief: FloatArray, known: BoolArray) -> FloatArray:
+    """Returns a relief (h, w) that is about as far where it is unknown as around there."""
+    fallback = np.float32(np.median(relief[known]) if known.any() else 0.0)
+    near = np.where(known, relief - fallback, np.float32(0))
+    spread = relief.shape[1] / 60
+    weight = cv2.GaussianBlur(known.astype(np.float32), (0, 0), spread)
+    around = cv2.GaussianBlur(near, (0, 0), spread) / np.maximum(weight, np.float32(1e-3))
+    return np.where(known, relief, around + fallback).astype(np.float32)
+
+
 def changed(image: FloatArray, relief: FloatArray, changes: tuple[Change, ...], seed: int) -> FloatArray:
     """Returns the picture (h, w, 3) sRGB after its changes, one after the other."""
     for k, change in enumerate(changes):
@@ -103,14 +114,20 @@ def changed_by(change: Change, image: FloatArray, relief: FloatArray, seed: int)
     return np.asarray(made, np.float32)
 
 
+def _border_px(shape: tuple[int, int]) -> float:
+    """Returns how far in from the border a level fades into its parent, which is not changed."""
+    shorter = min(shape)
+    return max(COVERAGE_FEATHER * shorter, min(FEATHER_MIN_PX, _BORDER_MAX * shorter))
+
+
 def _inside(shape: tuple[int, int], seed: int) -> FloatArray:
-    """Returns (h, w) how far a change is felt: at the border a level fades into its parent."""
+    """Returns (h, w) how far a change is felt: not where its level fades out."""
     h, w = shape
     rows, columns = np.arange(h) + 0.5, np.arange(w) + 0.5
     down, across = np.minimum(rows, h - rows), np.minimum(columns, w - columns)
-    away = np.minimum(down[:, None], across[None, :]) / min(h, w) - COVERAGE_FEATHER
-    ragged = np.exp(_RAGGED * noise(shape, max(w / 24, 2.0), seed + 7, 4))
-    return _smooth(0.0, _FADE, away * ragged)
+    away = (np.minimum(down[:, None], across[None, :]) - _border_px(shape)) / min(h, w)
+    uneven = np.exp(_UNEVEN * noise(shape, max(w / 24, 2.0), seed + 7, 4))
+    return _smooth(0.0, _FADE, away * uneven)
 
 
 def noise(
@@ -274,7 +291,7 @@ def _dew_of(ground: Ground, amount: float) -> Dew:
     drops = scattered(ground.facing, amount, ground.seed)
     x, y, radius = drops.T[:3]
     border = np.minimum(np.minimum(x, w - x), np.minimum(y, h - y)) - 1.3 * radius  # and its shadow
-    return Dew(drops[border > COVERAGE_FEATHER * min(h, w)], light)
+    return Dew(drops[border > _border_px((h, w))], light)
 
 
 def _dew(ground: Ground, amount: float) -> FloatArray:
