@@ -17,6 +17,12 @@ _TAIL: Outline = ((-0.29, 0.335), (-0.36, 0.36), (-0.50, 0.475), (-0.585, 0.50),
                   (-0.29, 0.245))  # fmt: skip
 _DORSAL: Outline = ((0.17, 0.42), (0.14, 0.50), (0.07, 0.575), (0.00, 0.55), (-0.09, 0.505), (-0.175, 0.485),
                     (-0.235, 0.435), (-0.215, 0.365), (-0.05, 0.38))  # fmt: skip
+_SPINY: Outline = ((0.195, 0.40), (0.185, 0.475), (0.165, 0.510), (0.150, 0.503), (0.125, 0.553),
+                   (0.108, 0.540), (0.080, 0.578), (0.062, 0.560), (0.034, 0.580), (0.015, 0.556),
+                   (-0.014, 0.558), (-0.030, 0.530), (-0.058, 0.516), (-0.070, 0.482), (-0.095, 0.440),
+                   (-0.080, 0.37), (0.05, 0.38))  # fmt: skip
+_SOFT: Outline = ((-0.095, 0.425), (-0.112, 0.500), (-0.150, 0.522), (-0.195, 0.508), (-0.238, 0.468),
+                  (-0.262, 0.425), (-0.245, 0.385), (-0.225, 0.345), (-0.12, 0.37))  # fmt: skip
 _ANAL: Outline = (
     (-0.04, 0.135),
     (-0.085, 0.055),
@@ -26,7 +32,8 @@ _ANAL: Outline = (
     (-0.22, 0.21),
     (-0.10, 0.18),
 )
-_PELVIC: Outline = ((0.12, 0.115), (0.075, 0.045), (0.02, 0.0), (0.005, 0.06), (0.035, 0.115))
+_NOSTRIL = Mark((0.045, 0.408, 0.296), (0.05, 0.0055, 0.0042), linear(20, 18, 14), 0.4, 0.1)
+_PELVIC: Outline = ((0.12, 0.115), (0.075, 0.040), (0.02, -0.012), (0.005, 0.06), (0.035, 0.115))
 _PECTORAL: Outline = (
     (0.0, 0.025),
     (-0.09, 0.075),
@@ -40,7 +47,11 @@ _PECTORAL: Outline = (
 
 @dataclass(frozen=True)
 class Scales:
-    """Colours of flank, back and fins, the fins' edge, and what is painted on the body."""
+    """Colours of flank, back and fins, the fins' edge, and what is painted on the body.
+
+    `pale` tells how white the belly is; `sail` colours the fins of back and breast, if they differ.
+    A spiny fish has two fins on its back, the first of them on spines.
+    """
 
     flank: Vector
     back: Vector
@@ -49,18 +60,35 @@ class Scales:
     marks: tuple[Mark, ...] = ()
     metal: float = 0.25
     dark: float = 0.30
+    pale: float = 0.55
+    sail: Vector | None = None
+    spiny: bool = False
 
 
 def _bar(y: float, half: float, color: Vector, lean: float = 0.0) -> Mark:
     return Mark((0.0, y, 0.29 + lean), (0.5, half, 0.42), color, 0.12, 0.10)
 
 
+def _wedge(y: float, color: Vector, half: float = 0.030) -> Mark:
+    """A bar that is broad on the back and runs out on the flank."""
+    return Mark((0.0, y, 0.45), (0.5, half, 0.245), color, 0.42, 0.22)
+
+
 PERCH = Scales(
-    linear(150, 162, 120), linear(56, 74, 48), linear(222, 92, 36), linear(168, 40, 22),
-    tuple(_bar(y, 0.030, linear(50, 62, 44), 0.14) for y in (0.17, 0.05, -0.07, -0.18)), 0.35,
+    linear(146, 148, 92), linear(52, 62, 36), linear(206, 84, 40), linear(150, 48, 26),
+    tuple(_wedge(y, linear(40, 48, 30), half) for y, half in
+          ((0.19, 0.030), (0.115, 0.018), (0.045, 0.028), (-0.055, 0.026), (-0.15, 0.024), (-0.235, 0.016))),
+    0.30, 0.30, 0.85, linear(116, 112, 78), True,
 )  # fmt: skip
 GOLDFISH = Scales(
-    linear(240, 118, 20), linear(226, 78, 10), linear(246, 140, 60), linear(250, 190, 130), (), 0.30, 0.22
+    linear(240, 118, 20),
+    linear(226, 78, 10),
+    linear(246, 140, 60),
+    linear(250, 190, 130),
+    (),
+    0.30,
+    0.22,
+    0.40,
 )
 CLOWNFISH = Scales(
     linear(240, 102, 14), linear(226, 80, 8), linear(240, 108, 18), BLACK,
@@ -69,11 +97,11 @@ CLOWNFISH = Scales(
         _bar(-0.045, 0.070, BLACK), _bar(-0.045, 0.056, WHITE),
         _bar(-0.255, 0.045, BLACK), _bar(-0.255, 0.032, WHITE),
     ),
-    0.05, 0.12,
+    0.05, 0.12, 0.15, None, True,
 )  # fmt: skip
 TROUT = Scales(linear(188, 176, 150), linear(92, 94, 68), linear(176, 132, 96), linear(120, 80, 60),
                (Mark((0.0, 0.0, 0.30), (0.4, 0.60, 0.05), linear(214, 120, 112), 0.5, 0.3),),
-               0.35)  # fmt: skip
+               0.35, 0.30, 0.80)  # fmt: skip
 
 
 def fish(rng: np.random.Generator, tint: Tint) -> Body:
@@ -98,7 +126,7 @@ def trout(rng: np.random.Generator, tint: Tint) -> Body:
 
 def _plain(tint: Tint) -> Scales:
     color = tint.color or GOLDFISH.flank
-    bars = tuple(_bar(y, 0.030, shaded(color, 0.25)) for y in (0.17, 0.05, -0.07, -0.18))
+    bars = tuple(_wedge(y, shaded(color, 0.25)) for y in (0.17, 0.05, -0.07, -0.18))
     return Scales(
         color,
         shaded(color, 0.45),
@@ -111,13 +139,16 @@ def _plain(tint: Tint) -> Scales:
 def _fish(rng: np.random.Generator, scales: Scales) -> Body:
     pen = Pen(rng)
     skin = pen.material(
-        FISH, scales.flank, scales.back, rough=0.32, metal=scales.metal, wrap=0.2, coat=0.75, coat_rough=0.11,
-        wavelength=0.026, free=(0.245, scales.dark, 0.85), marks=scales.marks,
+        FISH, scales.flank, scales.back, rough=0.32, metal=scales.metal, wrap=0.2, coat=0.65, coat_rough=0.13,
+        wavelength=0.024, free=(0.245, scales.dark, 0.92, scales.pale), marks=(*scales.marks, _NOSTRIL),
     )  # fmt: skip
     bend = float(rng.uniform(-0.10, 0.10))
     pen.loft(
         [
-            (-0.345, 0.290, 0.010, 0.046, 0.046),
+            (-0.400, 0.290, 0.002, 0.008, 0.008),
+            (-0.385, 0.290, 0.004, 0.026, 0.026),
+            (-0.365, 0.290, 0.007, 0.039, 0.039),
+            (-0.340, 0.290, 0.012, 0.046, 0.046),
             (-0.28, 0.290, 0.026, 0.050, 0.050),
             (-0.15, 0.288, 0.056, 0.095, 0.105),
             (0.00, 0.283, 0.086, 0.148, 0.160),
@@ -132,35 +163,52 @@ def _fish(rng: np.random.Generator, scales: Scales) -> Body:
         sway=lambda y: bend * np.minimum(y - 0.1, 0) ** 2,
     )
     shift = bend * 0.45**2
-    sail = pen.material(
-        FIN, scales.fins, scales.edge, rough=0.4, wrap=0.3, thin=0.8, coat=0.3, coat_rough=0.2,
-        free=(7.0, 0.62, 0.95), sheet=True,
+    root = Mark((0.0, -0.315, 0.290), (0.5, 0.085, 0.085), scales.flank, 0.75, 0.25)
+    webs = (scales.sail, shaded(scales.sail, 0.7)) if scales.sail else (scales.fins, scales.edge)
+    red, web = (
+        pen.material(
+            FIN, color, edge, rough=0.4, wrap=0.3, thin=0.8, coat=0.3, coat_rough=0.2,
+            free=(10.0, 0.74, 0.95), sheet=True, marks=(root,),
+        )
+        for color, edge in ((scales.fins, scales.edge), webs)
     )  # fmt: skip
-    _fin(pen, _TAIL, (-0.20, 0.29), x=shift, bend=0.6 * bend, material=sail)
-    _fin(pen, _DORSAL, (0.02, 0.12), material=sail)
-    _fin(pen, _ANAL, (-0.09, 0.36), material=sail)
+    _fin(pen, _TAIL, (-0.20, 0.29), x=shift, bend=0.6 * bend, material=red)
+    if scales.spiny:
+        _fin(pen, _SPINY, (0.06, 0.02), material=web)
+        _fin(pen, _SOFT, (-0.10, 0.12), material=web)
+    else:
+        _fin(pen, _DORSAL, (0.02, 0.12), material=web)
+    _fin(pen, _ANAL, (-0.09, 0.36), material=red)
     for side in (-1.0, 1.0):
-        _fin(pen, _PELVIC, (0.12, 0.20), x=side * 0.030, lean=side * 0.25, material=sail)
-        _pectoral(pen, side, sail)
-        _face(pen, side)
-    mouth = pen.material(PLAIN, shaded(scales.back, 0.25), rough=0.6)
+        _fin(pen, _PELVIC, (0.12, 0.20), x=side * 0.030, lean=side * 0.25, material=red)
+        _pectoral(pen, side, web)
+        _face(pen, side, scales)
+    mouth = pen.material(PLAIN, shaded(scales.flank, 0.22), rough=0.6)
     for side in (-1.0, 1.0):
         pen.tube(
             ((0, 0.462, 0.252), (side * 0.040, 0.440, 0.238), (side * 0.050, 0.395, 0.229)),
-            0.0055,
-            0.003,
+            0.0036,
+            0.0022,
             mouth,
         )
     return pen.body(tilt_deg=(76.0, 86.0), yaw_deg=-14.0)
 
 
-def _face(pen: Pen, side: float) -> None:
-    """A round eye: golden iris, black pupil."""
+def _face(pen: Pen, side: float, scales: Scales) -> None:
+    """A round eye in a dark rim: bronze iris, darker above, a large pupil, the light in it."""
+    at = 0.0925
     eye = pen.material(
-        PLAIN, linear(214, 178, 92), rough=0.3, coat=1.0, coat_rough=0.04,
-        marks=(Mark((0.092, 0.345, 0.3145), (0.05, 0.0175, 0.0175), linear(10, 9, 10), 0.06, 0.0),),
+        PLAIN, linear(158, 118, 50), rough=0.25, coat=1.0, coat_rough=0.03,
+        marks=(
+            Mark((at, 0.345, 0.338), (0.05, 0.040, 0.014), linear(70, 62, 34), 0.6, 0.3),
+            Mark((at, 0.346, 0.3135), (0.05, 0.0178, 0.0172), linear(168, 142, 78), 0.12, 0.05),
+            Mark((at, 0.346, 0.3135), (0.05, 0.0158, 0.0152), linear(8, 8, 10), 0.08, 0.03),
+            Mark((at, 0.353, 0.3215), (0.05, 0.0040, 0.0034), linear(232, 236, 240), 0.5, 0.0),
+        ),
     )  # fmt: skip
-    pen.ellipsoid((side * 0.0605, 0.345, 0.314), (0.019, 0.031, 0.031), eye)
+    rim = pen.material(PLAIN, shaded(scales.back, 0.5), rough=0.4, coat=0.4, coat_rough=0.15)
+    pen.ellipsoid((side * 0.0575, 0.345, 0.314), (0.018, 0.0335, 0.0325), rim)
+    pen.ellipsoid((side * 0.0605, 0.345, 0.314), (0.0185, 0.0285, 0.0275), eye)
 
 
 def _fin(

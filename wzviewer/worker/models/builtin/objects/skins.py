@@ -8,9 +8,11 @@ from numba import njit
 from wzviewer.worker.models.builtin.objects.noise import JIT, cells3, fade, hash_unit, noise3, smoothstep
 from wzviewer.worker.models.builtin.objects.primitives import CONE, sample, station
 from wzviewer.worker.models.builtin.objects.terms import (
+    COAT,
     HEIGHT,
     LOST,
     OPAQUE,
+    ROUGH,
     THIN,
     bump,
     gain,
@@ -80,20 +82,22 @@ def fish(
     T: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Overlapping scales on a loft, a smooth head with its gill cover, a dark back.
+    """Overlapping scales on a loft, a smooth head with its gill cover; dark above, pale below.
 
     Free: 17 where the head begins (y), 18 strength of the scales' dark edges, 19 second colour's
-    share on the back.
+    share on the back, 20 how pale the belly is.
     """
     a, b, c = local(P, i, x, y, z)
     cx, cz, wide, above, below = station(T, P, i, b)
     up = c - cz
     angle = atan2(up / (above if up > 0.0 else below), abs(a - cx) / wide)
-    back = smoothstep(0.15, 0.95, sin(angle) + 0.12 * noise3(x * 12.0, y * 12.0, z * 12.0))
+    high = sin(angle) + 0.12 * noise3(x * 12.0, y * 12.0, z * 12.0)
+    blotch = noise3(x * 27.0, y * 19.0, z * 27.0) + 0.6 * noise3(x * 70.0, y * 50.0, z * 70.0)
+    back = smoothstep(-0.10, 0.95, high + 0.10 * blotch)
     tint(out, M, m, M[m, 19] * back)
-    pale = smoothstep(0.25, 0.9, -sin(angle))
+    pale = M[m, 20] * smoothstep(0.05, 0.80, -high)
     for e in range(3):
-        out[e] += 0.35 * pale * (0.80 - out[e])
+        out[e] += pale * ((0.78, 0.76, 0.68)[e] - out[e])
     lam = M[m, 9]
     cover = M[m, 17] + 0.045 * cos(2.2 * angle)  # the gill cover's rear edge bulges backwards
     head = smoothstep(-0.008, 0.008, b - cover + 0.030)
@@ -108,25 +112,54 @@ def fish(
         across = wide + 0.5 * (k % 2.0)
         column = floor(across)
         u, v = 2.0 * (across - column) - 1.0, (row - k) / 1.42
-    ident = hash_unit(int(k), int(column), 29)
+    ident, turn = hash_unit(int(k), int(column), 29), hash_unit(int(k), int(column), 31)
     rho = sqrt(0.64 * u * u + v * v)
     f = fade(lam, px) * (1.0 - head)
     rim = smoothstep(0.80, 0.99, rho)
-    out[HEIGHT] += f * 0.10 * lam * (rho - 1.2 * rim)
-    gain(out, 1.0 + f * (0.16 * (ident - 0.5) - M[m, 18] * rim + 0.10 * (0.7 - rho)))
+    # No two lie quite alike: one flashes while its neighbour is dull.
+    out[HEIGHT] += f * lam * (0.10 * (rho - 1.2 * rim) + 0.07 * ((ident - 0.5) * u + (turn - 0.5) * v))
+    out[ROUGH] *= 1.0 + 0.6 * f * (turn - 0.5)
+    gain(out, 1.0 + f * (0.34 * (ident - 0.5) - M[m, 18] * rim * (1.0 - 0.6 * pale) + 0.16 * (0.7 - rho)))
     g = fade(0.10 * lam, px) * (1.0 - head)
     if g > 0.0:
         wave = cos(2.0 * pi * rho * 13.0 + 0.6 * noise3(x * 4.0 / lam, y * 4.0 / lam, z * 4.0 / lam))
         out[HEIGHT] += g * 0.0025 * lam * wave
         gain(out, 1.0 + 0.06 * g * wave)
     out[LOST] += (1.0 - fade(lam, px)) * 0.012
-    groove = exp(-(((b - cover) / 0.006) ** 2)) * (1.0 - smoothstep(0.75, 1.0, abs(sin(angle))))
-    out[HEIGHT] -= fade(0.02, px) * 0.004 * groove
-    gain(out, 1.0 - 0.45 * groove)
+    _head(b - cover, angle, head, blotch, x, y, z, px, out)
     line = 1.0 - smoothstep(0.006, 0.018, abs(angle - 0.18 - 0.5 * max(b, 0.0)) * 0.1)
     gain(out, 1.0 - 0.22 * line * (1.0 - head) * (0.5 + 0.5 * cos(2.0 * pi * row)))
-    gain(out, 1.0 + 0.10 * noise3(x * 7.0, y * 7.0, z * 7.0))
+    gain(out, 1.0 + 0.09 * blotch + 0.10 * noise3(x * 7.0, y * 7.0, z * 7.0))
     grain(out, x, y, z, px, 0.25 * lam, 0.006)
+
+
+@njit(**JIT)
+def _head(
+    ahead: float,
+    angle: float,
+    head: float,
+    blotch: float,
+    x: float,
+    y: float,
+    z: float,
+    px: float,
+    out: np.ndarray,
+) -> None:
+    """Grooves of the gill cover and its plates, pores, and skin that does not shine like glass."""
+    side = 1.0 - smoothstep(0.75, 1.0, abs(sin(angle)))
+    groove = exp(-((ahead / 0.006) ** 2)) * side
+    plate = ahead - 0.062 - 0.030 * cos(2.0 * (angle + 0.25))
+    fold = exp(-((plate / 0.004) ** 2)) * side * smoothstep(-0.9, -0.6, angle) * head
+    out[HEIGHT] -= fade(0.02, px) * (0.004 * groove + 0.0022 * fold)
+    gain(out, 1.0 - 0.45 * groove - 0.22 * fold)
+    shine = head * smoothstep(0.0, 0.01, ahead) * (1.0 - smoothstep(0.0, 0.02, plate)) * side
+    gain(out, 1.0 + 0.22 * shine + 0.10 * head * blotch)
+    out[COAT] *= 1.0 - 0.45 * head * (1.0 - 0.5 * shine)
+    out[ROUGH] *= 1.0 + 0.35 * head
+    lumps = noise3(x * 34.0, y * 26.0, z * 34.0) + 0.5 * noise3(x * 90.0, y * 70.0, z * 90.0)
+    bump(out, lumps, 0.0011 * head, 0.03, px)
+    near, _, _ = cells3(x * 75.0, y * 75.0, z * 75.0)
+    gain(out, 1.0 - 0.20 * head * fade(0.012, px) * (1.0 - smoothstep(0.10, 0.26, near)))
 
 
 @njit(**JIT)
@@ -268,18 +301,21 @@ def fin(
     far, angle = sqrt(du * du + dv * dv), atan2(dv, du)
     count = M[m, 17] * (1.0 if far < 0.55 * P[i, 16] else 2.0)
     phase = angle * count + 0.15 * noise3(a * 14.0, b * 14.0, 2.0)
-    ray = 0.5 + 0.5 * cos(2.0 * pi * phase)
+    ray = (0.5 + 0.5 * cos(2.0 * pi * phase)) ** 2
     lam = far / max(count, 1.0)
     f = fade(lam, px)
     edge = smoothstep(
         M[m, 19] - 0.25, M[m, 19] + 0.25, far / P[i, 16] + 0.1 * noise3(a * 20.0, b * 20.0, 1.0)
     )
     tint(out, M, m, 0.8 * edge)
-    gain(out, 1.0 - 0.40 * f * (ray * ray - 0.35))
+    cloud = noise3(a * 26.0, b * 26.0, 4.0)
+    gain(out, 1.0 - 0.45 * f * (ray - 0.37) + 0.14 * cloud)
     out[HEIGHT] += f * 0.10 * lam * ray
     joint = 0.5 + 0.5 * cos(2.0 * pi * far / 0.012)
     gain(out, 1.0 - 0.18 * fade(0.012, px) * joint * ray)
-    out[OPAQUE] = min(M[m, 18] + (1.0 - M[m, 18]) * (0.5 + f * (ray - 0.5)) + 0.25 * (1.0 - edge), 1.0)
+    skin = M[m, 18] * (1.0 - 0.25 * edge + 0.20 * cloud)
+    solid = skin + (1.0 - skin) * (0.37 + f * (ray - 0.37))
+    out[OPAQUE] = min(max(solid + 0.6 * (1.0 - smoothstep(0.2, 0.8, far / P[i, 16])), 0.0), 1.0)
     out[THIN] = 1.0 - 0.4 * ray
     grain(out, x, y, z, px, 0.02, 0.01)
 
