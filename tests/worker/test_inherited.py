@@ -1,6 +1,7 @@
 """Hidden surfels of coarser levels go on to finer ones: which, where, and how they look."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,10 +9,12 @@ import pytest
 from wzviewer.core.anchor import AnchoredView, LevelFrame
 from wzviewer.core.camera import Camera
 from wzviewer.core.lift import lift
+from wzviewer.core.navigation import orbited
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels, turned
 from wzviewer.worker.draft import Draft
 from wzviewer.worker.inherited import hidden_surfels
+from wzviewer.worker.levels import preview_level
 from wzviewer.worker.rasterize import LevelPart, render
 
 WIDTH, HEIGHT = 96, 64
@@ -128,3 +131,17 @@ def matrix(q):
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def test_a_preview_shows_what_is_behind_it_from_the_side(made):
+    root, draft, hidden, _ = made
+    blue, observed = (0.0, 0.0, 1.0), SimpleNamespace(relief=draft.relief[::4, ::4])
+    camera = orbited(draft.camera, draft.frame.origin, np.radians(-8.0), 0.0)
+    gaps = []
+    for extra in ({}, {"observation": observed}):
+        level = preview_level(replace(draft, extra=extra), 1, root.index, "", 0)
+        color = render([LevelPart.of(level.surfels, level.frame)], camera, blue).color
+        gaps.append(float((color[..., 2] > 0.5).mean()))
+    assert len(level.surfels) == WIDTH * HEIGHT // 4 + len(hidden)
+    assert gaps[0] > 0.05  # measured 0.094, beside the green wall
+    assert gaps[1] < 0.001  # measured 0

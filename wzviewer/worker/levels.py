@@ -11,6 +11,7 @@ from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.kernels.lifting import lift
 from wzviewer.worker.draft import Draft, coverage_of
+from wzviewer.worker.inherited import hidden_surfels
 from wzviewer.worker.models.builtin.detail.clusters import Region
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.views.layers import Layer
@@ -70,7 +71,11 @@ def _layer_surfels(layer: Layer, draft: Draft) -> Surfels:
 
 
 def preview_level(draft: Draft, index: int, parent: int | None, prompt: str, seed: int) -> Level:
-    """Returns a draft as a level of fewer and larger surfels, for the first look."""
+    """Returns a draft as a level of fewer and larger surfels, for the first look.
+
+    What coarser levels hold behind it comes with it: it closes the gaps beside edges, also at a first glance
+    from the side.
+    """
     width, height = draft.camera.width // PREVIEW_STRIDE, draft.camera.height // PREVIEW_STRIDE
     x = width / draft.camera.width
     coarse_camera = draft.camera.resampled(width, height)
@@ -80,7 +85,10 @@ def preview_level(draft: Draft, index: int, parent: int | None, prompt: str, see
     coarse = generate_surfels(image, relief_coarse, coarse_camera)
     enlarged = {"means": coarse.means / np.float32(x), "scales": coarse.scales / np.float32(x)}
     draft = replace(draft, relief=relief)
-    return as_level(draft, index, parent, prompt, seed, coarse.with_(**enlarged))
+    surfels = coarse.with_(**enlarged)
+    if (observation := draft.extra.get("observation")) is not None:
+        surfels = Surfels.concatenate([surfels, hidden_surfels(draft, observation.relief)])
+    return as_level(draft, index, parent, prompt, seed, surfels)
 
 
 def finite_relief(relief: FloatArray) -> FloatArray:
