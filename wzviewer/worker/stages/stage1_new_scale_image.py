@@ -22,7 +22,7 @@ from wzviewer.worker.draft import Draft, visible_parts
 from wzviewer.worker.levels import context_of
 from wzviewer.worker.metres import metres_of
 from wzviewer.worker.models.base import Synthesizer
-from wzviewer.worker.models.builtin.detail.consistency import agreeing, consistency_db, projected
+from wzviewer.worker.models.builtin.detail.consistency import TARGET_DB, agreeing, consistency_db, projected
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.synthesizer import Detail
 from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Support
@@ -246,6 +246,9 @@ def _as_the_parent_has_it(detail: Detail, seen: Observation) -> Detail:
         return detail
     grey = np.float32(255)
     known = [image * grey for image in (seen.image, seen.coarse)]
+    db = consistency_db(detail.image * grey, known[1])
+    if db >= TARGET_DB:
+        return replace(detail, consistency_db=db)
     image = projected(agreeing(detail.image * grey, known), known[1])
     return replace(detail, image=image / grey, consistency_db=consistency_db(image, known[1]))
 

@@ -156,7 +156,11 @@ def test_a_noisy_sky_shows_its_own_noise_and_leaves_that_of_the_calmest_place():
     wall = Region(0.2, 70, 0, 0, 0.5, 0.5, 0.5, 0.5, 0.5, 0, calm=0.4)
     context = Context(np.zeros((4, 4), np.uint8), ("sky", "foliage", "smooth"), (sky, leaf, wall), "")
     assert grain_rms(context).tolist() == pytest.approx([1.6, 0.8, 0.8])
-    assert film_grain((200, 200), (1, 2)).std() == pytest.approx(1, abs=1e-3)
+    grain = film_grain(np.full((200, 200), 100, np.float32), (1, 2))
+    assert grain.std() == pytest.approx(1, abs=1e-3)
+    assert np.corrcoef(grain[:, 1:].ravel(), grain[:, :-1].ravel())[0, 1] > 0.5  # measured 0.68
+    light = film_grain(np.full((200, 200), 225, np.float32), (1, 2))
+    assert light.std() < 0.6  # measured 0.50
 
 
 def test_detail_multiplies_light_and_never_falls_below_black():

@@ -23,6 +23,9 @@ from wzviewer.worker.models.builtin.detail.measures import (
 )
 
 LAW_GAIN = 1.3 * 1.43  # 1.0 matches the statistics of photographs, 1.3 looks better
+PHOTOGRAPHED_GAIN = 1.4
+"""On all detail of a first zoom: nearer to the truth in its gradients where that is textured (divergence of a
+castle's .26, .30, .16 -> .17, .14, .11), and no farther where it is soft (a panda's mean .06 -> .065)."""
 NOISE_RMS = 0.6
 """What a clean photograph's noise and compression leave in its finest octave, in grey levels."""
 NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
@@ -234,7 +237,7 @@ def sigma_map(
     sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)
     if truthful:
         sigma *= np.where(regional > 0, light_gain(plane), np.float32(1))
-        return sigma * tone_damping(plane) * edge_damping(plane)
+        return np.float32(PHOTOGRAPHED_GAIN) * sigma * tone_damping(plane) * edge_damping(plane)
     glow = np.float32(GLOW) * (1 - ramp(plane, 8, 25))
     shade = np.float32(MOST_IN_SHADE) * plane + np.float32(0.8) + glow
     return np.minimum(sigma * bright_damping(plane) * edge_damping(plane), shade)

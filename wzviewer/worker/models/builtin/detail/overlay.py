@@ -11,6 +11,10 @@ from wzviewer.worker.models.builtin.detail.tint import tinted
 LEAST_GRAIN_RMS, MOST_GRAIN_RMS, GRAIN_GAIN = 0.2, 1.8, 2.0
 """In grey levels, at level 1 only; photographs at 2K measure 0.4 to 2.0 in their skies, about twice of what
 is left of it at the working size (0.26 to 0.83)."""
+GRAIN_PX = 0.8
+"""Amplitudes at .25 and .4 cycles per pixel are .3 and .15 of those at .1 in the skies of six photographs."""
+GRAIN_OF_TONES = ((0, 0.35), (20, 0.7), (60, 1.0), (130, 1.0), (200, 0.62), (255, 0.35))
+"""Grey level and share; skies of 120 to 180 measure 2.0, of 180 to 243 1.2 to 1.3."""
 PHOTOGRAPHED_HUE = np.array([0.3, -0.08, -0.25], np.float32)
 """How far a grey level of detail shifts the colour of a photograph: warm to cool, hardly any luma."""
 WHITE = 254.0
@@ -92,19 +96,34 @@ def grain_rms(context: Context) -> FloatArray:
 
     What is even shows its own, because there is nothing else in it; the rest has that of the calmest region.
     """
-    calmest = min((region.calm for region in context.regions if region.share > 0.03), default=0.0)
+    least = calmest(context)
     calm = [
-        region.calm if name in EVEN and region.share > 0.03 else calmest
+        region.calm if name in EVEN and region.share > 0.03 else least
         for region, name in zip(context.regions, context.materials, strict=True)
     ]
     return np.clip(np.float32(GRAIN_GAIN) * np.array(calm, np.float32), LEAST_GRAIN_RMS, MOST_GRAIN_RMS)
 
 
-def film_grain(shape: tuple[int, ...], seeds: tuple[int, ...]) -> FloatArray:
-    """Returns ``(H, W)`` of unit RMS: a camera's noise, or a sky would look like plastic."""
+def calmest(context: Context) -> float:
+    """Returns the least RMS of the finest octave that a region of some size has, in grey levels."""
+    return min((region.calm for region in context.regions if region.share > 0.03), default=0.0)
+
+
+def film_grain(plane: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
+    """Returns ``(H, W)``: a camera's noise, or a sky would be plastic; of unit RMS in the middle tones.
+
+    Photographs have it not from pixel to pixel but over one or two, for their colour filters and their
+    compression; and less in the lights, where a tone curve is flat, and in the black.
+
+    Args:
+        plane: ``(H, W)`` luma in grey levels.
+        seeds: of the noise.
+    """
     rng = np.random.default_rng([*seeds, 7])
-    grain = blurred(rng.standard_normal(shape, np.float32), 0.5)
-    return grain / (grain.std() + np.float32(1e-6))
+    grain = blurred(rng.standard_normal(plane.shape, np.float32), GRAIN_PX)
+    shares = np.interp(np.arange(256), *np.transpose(GRAIN_OF_TONES)).astype(np.float32)
+    tones = np.clip(plane + np.float32(0.5), 0, 255).astype(np.uint8)
+    return grain * (cv2.LUT(tones, shares) / (grain.std() + np.float32(1e-6)))
 
 
 def roughened(base: FloatArray, texture: FloatArray, roughness_px: FloatArray) -> FloatArray:

@@ -40,6 +40,7 @@ from wzviewer.worker.models.builtin.detail.overlay import (
     roughened,
     with_detail,
 )
+from wzviewer.worker.models.builtin.detail.quiet import without_noise
 from wzviewer.worker.models.builtin.detail.seams import (
     bare,
     faded_border,
@@ -68,6 +69,8 @@ Fractions = tuple[float, float, float, float]
 
 TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
 """In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
+LEAST_DB = 41.0
+"""Between a photograph with its noise and the new image, which has its own."""
 COLOURED = frozenset({"foliage", "straw", "venation", "petal", "floret"})
 
 
@@ -92,7 +95,8 @@ class Detail:
 
 @dataclass(frozen=True)
 class _Job:
-    observation: FloatArray  # (h, w, 3) grey levels
+    observation: FloatArray  # (h, w, 3) grey levels, without the photograph's noise
+    noisy: FloatArray  # the same as it was given
     width: int
     height: int
     doublings: int
@@ -205,8 +209,8 @@ class DetailSynthesizer:
         """
         job = self._job(observation, width, height, context, region, level, seed, material, check)
         image, relief, labels = self._made(job)
-        image = projected(image, job.observation)
-        db = _promised(consistency_db(image, job.observation), job)
+        image = projected(projected(image, job.observation), job.noisy, LEAST_DB)
+        db = _promised(consistency_db(image, job.noisy), job)
         return Detail(image * np.float32(1 / 255), relief * np.float32(1 / 255), labels, job.names, db)
 
     def _job(
@@ -242,7 +246,8 @@ class DetailSynthesizer:
         if level > 1:  # or every photograph had the same atoms in its middle
             seeds = (*seeds, zlib.crc32(np.round(grey).astype(np.uint8).tobytes()))
         return _Job(
-            observation=grey,
+            observation=without_noise(grey, labels, names, context) if level <= 1 else grey,
+            noisy=grey,
             width=width,
             height=height,
             doublings=doublings_for(max(width / columns, height / rows)),
@@ -279,7 +284,7 @@ class DetailSynthesizer:
             detail = multiplied(detail, luma(base))
         image = with_detail(base, detail, job.observation, job.level, _light_share(job, place), forms)
         if job.grain_rms.any():
-            grain = film_grain(texture.shape, job.seeds) * _spread_or_one(place, job.grain_rms)
+            grain = film_grain(luma(image), job.seeds) * _spread_or_one(place, job.grain_rms)
             image += grain[..., None]
         job.check()
         size = (job.width, job.height)
