@@ -1,8 +1,9 @@
 import pytest
 
 from tests.gl.surfaces import hill_scene
-from wzviewer.app.drawing import MOVING_UPLOAD_BYTES, UPLOAD_BYTES, SceneDrawing
+from wzviewer.app.drawing import BACKGROUND, DIMMED, MOVING_UPLOAD_BYTES, UPLOAD_BYTES, SceneDrawing
 from wzviewer.app.pacing import SPACING_PX
+from wzviewer.core.scene import Scene
 
 pytestmark = pytest.mark.gl
 
@@ -85,3 +86,16 @@ def test_a_level_arrives_in_smaller_pieces_while_the_camera_moves(drawing, monke
         drawing.draw(scene[0].camera, 0.5, is_moving)
         drawing.sync(scene)
     assert budgets == [UPLOAD_BYTES, MOVING_UPLOAD_BYTES]
+
+
+def test_gaps_of_a_photo_in_the_making_have_its_colour(drawing):
+    made = hill_scene(num_levels=1)
+    scene = Scene()
+    scene.append(made[0])
+    drawing.sync(scene)
+    drawing.draw(scene[0].camera)
+    mean = DIMMED * scene[0].image[::8, ::8].mean((0, 1)) / 255.0
+    assert drawing.draw(scene[0].camera).settings.background[:3] == pytest.approx(tuple(mean), abs=1e-6)
+    scene.commit(0)
+    drawing.sync(scene)
+    assert drawing.draw(scene[0].camera).settings.background == BACKGROUND

@@ -5,8 +5,10 @@ from itertools import combinations
 
 import pytest
 
+from tests.app.fakes import make_scene, state_with
 from wzviewer.app.layout import MARGIN_PT, arrange
 from wzviewer.app.panels.timeline import HEIGHT_PT
+from wzviewer.app.panels.tree import with_unit
 from wzviewer.app.panels.wording import count_text, left_text, magnification_text, share_text
 
 
@@ -92,3 +94,12 @@ def test_magnifications_are_shorter_where_there_is_little_room():
 )
 def test_what_takes_long_says_how_long_still(elapsed_s, fraction, text):
     assert left_text(elapsed_s, fraction) == text
+
+
+@pytest.mark.parametrize(("room", "line"), [(200.0, "×24 · 799 k points"), (90.0, "×24 · 799 k")])
+def test_a_row_of_the_tree_says_what_it_counts_where_there_is_room(screen, room, line):
+    lines = []
+    screen.frame(
+        state_with(make_scene(1)), draw=lambda state, ui: lines.append(with_unit("×24 · 799 k", room)) or []
+    )
+    assert lines == [line]

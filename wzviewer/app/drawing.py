@@ -12,7 +12,7 @@ from wzviewer.core.scene import Scene
 from wzviewer.core.types import ByteArray
 from wzviewer.gl.context import GlContext
 from wzviewer.gl.frame import Frame, FrameStats, Output, RenderSettings
-from wzviewer.gl.present import Presenter
+from wzviewer.gl.present import Presenter, Rgba
 from wzviewer.gl.renderer import RasterizerName, SurfelRenderer
 from wzviewer.gl.tiles import tiled
 from wzviewer.gl.timing import FrameTimer
@@ -27,6 +27,7 @@ OUTPUTS: dict[Mode, frozenset[Output]] = {
     "coverage": frozenset({"color"}),
 }
 BACKGROUND = (0.043, 0.047, 0.055, 1.0)
+DIMMED = 0.6  # mean colour of a photo that stands for what is behind it, until that has been made
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +79,14 @@ class SceneDrawing:
         self._texture: Any = None
         self._timer = FrameTimer(context.ctx)
         self._is_moving = False
+        self._behind: Rgba = self._settings.background
+        self._means: tuple[ByteArray | None, Rgba] = (None, BACKGROUND)  # of a picture
 
     def sync(self, scene: Scene) -> bool:
         """Takes over some of what changed in the scene; returns whether that was all."""
         budget_bytes: int | None = MOVING_UPLOAD_BYTES if self._is_moving else UPLOAD_BYTES
+        is_making_photo = len(scene) == 1 and not scene.is_committed(0)
+        self._behind = self._mean_of(scene[0].image) if is_making_photo else self._settings.background
         if not self._renderer.has_levels:
             budget_bytes = None  # the first picture comes whole
         return self._renderer.sync(scene, budget_bytes, merged=True)
@@ -99,7 +104,7 @@ class SceneDrawing:
         """
         self._is_moving = is_moving
         size = (max(round(camera.width * fraction), 1), max(round(camera.height * fraction), 1))
-        key = (camera.key, size, is_moving, self._renderer.version, look)
+        key = (camera.key, size, is_moving, self._renderer.version, look, self._behind)
         if self._picture is None or self._picture[0] != key or not self._picture[1].stats.is_exact:
             small = camera.resized(*size) if fraction < 1.0 else camera
             is_coarse = is_moving and fraction < 1.0  # at full resolution there is time for every surfel
@@ -112,6 +117,7 @@ class SceneDrawing:
     def _looked(self, look: Look, is_coarse: bool) -> RenderSettings:
         return replace(
             self._settings,
+            background=self._behind,
             modulation=look.modulation,
             blend=look.blend,
             antialias=look.merged,
@@ -119,6 +125,12 @@ class SceneDrawing:
             spacing_px=SPACING_PX if is_coarse else 0.0,
             outputs=OUTPUTS[look.mode],
         )
+
+    def _mean_of(self, image: ByteArray) -> Rgba:
+        if self._means[0] is not image:
+            r, g, b = (DIMMED * image[::8, ::8].reshape(-1, 3).mean(0) / 255.0).tolist()
+            self._means = (image, (r, g, b, 1.0))
+        return self._means[1]
 
     def _colored(self, frame: Frame, mode: Mode) -> "ColoredFrame":
         self._presenter = self._presenter or Presenter(self._ctx)

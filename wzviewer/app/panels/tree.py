@@ -195,6 +195,12 @@ def details_of(scene: Scene, index: int) -> str:
     return "\n".join(lines)
 
 
+def with_unit(line: str, room: float) -> str:
+    """Returns a line that ends in a count with what is counted, where there is room."""
+    whole = f"{line} points"
+    return whole if imgui.calc_text_size(whole).x <= room else line
+
+
 def _words(state: AppState, ui: Ui, row: Row, x: float, y: float, right: float) -> None:
     draw, index = imgui.get_window_draw_list(), row.index
     level, is_making = state.scene[index], not state.scene.is_committed(index)
@@ -205,11 +211,13 @@ def _words(state: AppState, ui: Ui, row: Row, x: float, y: float, right: float) 
     )
     if row.variants > 1:
         line += f" · {row.number} of {row.variants}"
-    elif not is_making and right - x > ui.pt(95):
+    has_count = not is_making and row.variants <= 1 and right - x > ui.pt(95)
+    if has_count:
         line += f" · {count_text(len(level.surfels))}"
     with face(ui.fonts.regular):
         name = u32(ui.colors.text if row.is_seen else ui.colors.muted)  # not paler: it is there to be read
         draw.add_text((x, y), name, elided(name_in(state.scene, index), right - x))
     with face(ui.fonts.regular, theme.SMALL_PT):
+        line = with_unit(line, right - x) if has_count else line
         color = ui.colors.accent if is_making else ui.colors.muted
         draw.add_text((x, y + ui.pt(20)), u32(color), elided(line, right - x))
