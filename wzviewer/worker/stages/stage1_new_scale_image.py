@@ -22,7 +22,7 @@ from wzviewer.worker.draft import Draft, visible_parts
 from wzviewer.worker.levels import context_of
 from wzviewer.worker.metres import metres_of
 from wzviewer.worker.models.base import Synthesizer
-from wzviewer.worker.models.builtin.detail.consistency import TARGET_DB, agreeing, consistency_db, projected
+from wzviewer.worker.models.builtin.detail.consistency import brought_near, consistency_db
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.synthesizer import Detail
 from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Support
@@ -43,6 +43,7 @@ SKY_RELIEF_SHARE = 0.5  # a point this close to the depth of the sky counts as s
 
 BLURRED_PX = 1.5  # of the coarser level: around an object its depth is a mixture
 LEAST_GROUND = 0.01  # of a view: with less of it around an object nothing can be continued
+PARENT_DB = 42.5  # between a first zoom and its parent, which had the photograph's noise
 PLAIN_UP_TO = 2  # enlarged so little, a preview is what a network took two seconds for
 Check = Callable[[], None]
 
@@ -245,12 +246,9 @@ def _as_the_parent_has_it(detail: Detail, seen: Observation) -> Detail:
     if seen.coarse is None:
         return detail
     grey = np.float32(255)
-    known = [image * grey for image in (seen.image, seen.coarse)]
-    db = consistency_db(detail.image * grey, known[1])
-    if db >= TARGET_DB:
-        return replace(detail, consistency_db=db)
-    image = projected(agreeing(detail.image * grey, known), known[1])
-    return replace(detail, image=image / grey, consistency_db=consistency_db(image, known[1]))
+    known = seen.coarse * grey
+    image = brought_near(detail.image * grey, known, PARENT_DB)
+    return replace(detail, image=image / grey, consistency_db=consistency_db(image, known))
 
 
 def _cut(detail: Detail, seen: Observation) -> Detail:

@@ -7,7 +7,6 @@ number.
 """
 
 import math
-from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -21,7 +20,8 @@ TARGET_DB = 43.0
 """What is worked towards: the observation is a rendering, itself some 44 dB from the parent's image, to which
 the promise is to hold as well."""
 
-TURNS = 4  # more gain a tenth of a dB each
+TURNS, MARGIN_DB = 8, 0.2
+"""Clipping and the enlargement's blur leave a little of every turn undone."""
 
 
 def psnr_db(a: FloatArray, b: FloatArray, peak: float = 255.0) -> float:
@@ -58,24 +58,26 @@ def projected(image: FloatArray, observation: FloatArray, target_db: float = TAR
     return result
 
 
-def agreeing(
-    image: FloatArray, observations: Sequence[FloatArray], target_db: float = TARGET_DB
-) -> FloatArray:
-    """Returns an image, inside 0..255, that shrinks to several observations, as far as a few turns bring it.
+def brought_near(image: FloatArray, observation: FloatArray, least_db: float) -> FloatArray:
+    """Returns the image, inside 0..255, moved no farther than to shrink to the observation well enough.
+
+    What is left out of it on purpose, such as noise, is not laid on it again.
 
     Args:
         image: ``(H, W, 3)`` grey levels.
-        observations: ``(h, w, 3)`` each, of one picture in different sizes.
-        target_db: what is enough.
+        observation: ``(h, w, 3)`` grey levels.
+        least_db: what is enough.
     """
+    height, width = observation.shape[:2]
     size = (image.shape[1], image.shape[0])
     for _ in range(TURNS):
-        if all(consistency_db(image, known) >= target_db for known in observations):
-            break
-        for known in observations:
-            residual = known - area_down(image, known.shape[1], known.shape[0])
-            image = np.clip(image + enlarged(residual, *size), 0, 255)
-    return image
+        residual = observation - area_down(image, width, height)
+        short_db = least_db - psnr_db(residual, np.zeros_like(residual))
+        if short_db <= 0:
+            return image
+        share = np.float32(1 - 10 ** (-(short_db + MARGIN_DB) / 20))
+        image = np.clip(image + share * enlarged(residual, *size), 0, 255)
+    return projected(image, observation, least_db)
 
 
 def _with_block_means(image: FloatArray, observation: FloatArray) -> FloatArray:

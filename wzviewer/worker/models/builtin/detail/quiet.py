@@ -11,12 +11,14 @@ import numpy as np
 from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.amplitude import NATURAL
 from wzviewer.worker.models.builtin.detail.describe import Context
-from wzviewer.worker.models.builtin.detail.measures import blurred
+from wzviewer.worker.models.builtin.detail.measures import blurred, luma
 from wzviewer.worker.models.builtin.detail.overlay import calmest, grain_rms
 
 MOST_CALM = 1.2
 """RMS of the finest octave in the calmest region, in grey levels: more is strokes or stones, not noise."""
 LEAST_NOISE_RMS, NOISE_GAIN = 0.4, 1.2
+BLOTCH_RMS = 2.5
+"""Of the colours, in grey levels: skies measure .5 to 1, and a dim one 2.4 to 4."""
 REACH_PX, NEAR_PX, PATCH_PX = 5, 3.0, 1.0
 SOFTNESS = 4.0
 """Of the difference of two noisy pixels: over as much likeness fades; over less, clouds have steps."""
@@ -33,9 +35,9 @@ def noise_rms(context: Context) -> float:
 def without_noise(
     image: FloatArray, labels: ByteArray, names: tuple[str, ...], context: Context
 ) -> FloatArray:
-    """Returns ``(h, w, 3)`` grey levels without the photograph's noise, but where it is leaves, stone or fur.
+    """Returns ``(h, w, 3)`` grey levels without the photograph's noise; what grew keeps all of its light.
 
-    What grew may be as faint as noise, in the shade or afar, and there noise is not seen.
+    Leaves, stone or fur may be as faint as noise, in the shade or afar, and there noise is not seen.
 
     Args:
         image: ``(h, w, 3)`` in grey levels.
@@ -43,12 +45,22 @@ def without_noise(
         names: material per label.
         context: of the photograph.
     """
-    noise = noise_rms(context)
+    image, noise = without_blotches(image), noise_rms(context)
     plain = np.array([name not in NATURAL for name in names], np.float32)[labels]
     if noise == 0 or not plain.any():
         return image
     share = blurred(plain, NEAR_PX)[..., None]
     return image + share * (quieted(image, noise) - image)
+
+
+def without_blotches(image: FloatArray) -> FloatArray:
+    """Returns ``(h, w, 3)`` grey levels of the same light, with calmer colours.
+
+    A camera's colours are guessed from every second pixel, and compressed more than its light: hair had blue
+    and green fringes, leaves had freckles.
+    """
+    light = luma(image)[..., None]
+    return light + quieted(image - light, BLOTCH_RMS)
 
 
 def quieted(image: FloatArray, noise: float) -> FloatArray:

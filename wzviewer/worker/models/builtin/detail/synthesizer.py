@@ -18,6 +18,7 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
 )
 from wzviewer.worker.models.builtin.detail.consistency import (
     REQUIRED_DB,
+    brought_near,
     consistency_db,
     projected,
 )
@@ -69,8 +70,7 @@ Fractions = tuple[float, float, float, float]
 
 TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
 """In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
-LEAST_DB = 41.0
-"""Between a photograph with its noise and the new image, which has its own."""
+LEAST_DB = 42.0  # between a photograph with its noise and the new image, which has its own
 COLOURED = frozenset({"foliage", "straw", "venation", "petal", "floret"})
 
 
@@ -209,7 +209,7 @@ class DetailSynthesizer:
         """
         job = self._job(observation, width, height, context, region, level, seed, material, check)
         image, relief, labels = self._made(job)
-        image = projected(projected(image, job.observation), job.noisy, LEAST_DB)
+        image = brought_near(projected(image, job.observation), job.noisy, LEAST_DB)
         db = _promised(consistency_db(image, job.noisy), job)
         return Detail(image * np.float32(1 / 255), relief * np.float32(1 / 255), labels, job.names, db)
 
@@ -246,7 +246,7 @@ class DetailSynthesizer:
         if level > 1:  # or every photograph had the same atoms in its middle
             seeds = (*seeds, zlib.crc32(np.round(grey).astype(np.uint8).tobytes()))
         return _Job(
-            observation=without_noise(grey, labels, names, context) if level <= 1 else grey,
+            observation=grey if level > 1 else without_noise(grey, labels, names, context),
             noisy=grey,
             width=width,
             height=height,
@@ -309,7 +309,7 @@ class DetailSynthesizer:
         plane, truthful = luma(job.observation), job.level <= 1 and not job.prompted
         sharp_gain = _spread(place, gains) / np.maximum(stretched(gain, *job.work_size), 1e-3)
         sigma = sigma_map(plane, gain, floor, micro, ceiling, regional, wood, truthful)
-        if truthful:  # no strands over an eye or a nose
+        if truthful:  # no strands over an eye or nose
             strands = np.array([name in GRAINS for name in job.names], np.float32)
             if strands[list(coarse.shares)].any():
                 sigma *= 1 - _spread(coarse, strands) * glossy(plane)
