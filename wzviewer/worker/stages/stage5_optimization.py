@@ -78,19 +78,18 @@ def optimize(
     objective = SurfelObjective(surfels, frame)
     source = TargetView(camera, image)
     schedule = view_schedule(source, views, steps)
-    backdrops = _Backdrops(hidden, frame)
+    parts = [LevelPart.of(hidden, frame)] if hidden is not None and len(hidden) else []
     prepared: dict[int, tuple[PreparedView, FloatArray]] = {}
     state = AdamState(len(surfels), (RATE_QUAT, RATE_LOG_SCALE, RATE_OPACITY))
     for step, view in enumerate(schedule):
         if on_step is not None:
             on_step(step, steps + color_steps)
         if id(view) not in prepared:
-            sorted_once = objective.prepare(view.camera, view.target, view.mask)
-            prepared[id(view)] = sorted_once, backdrops.over(contrasting(sorted_once.target), view.camera)
-        looked, behind = prepared[id(view)]
-        objective.descend(looked, state, behind, kept)
+            looked = objective.prepare(view.camera, view.target, view.mask)
+            prepared[id(view)] = looked, _over(parts, view.camera, contrasting(looked.target))
+        objective.descend(prepared[id(view)][0], state, prepared[id(view)][1], kept)
     looked = prepared[id(source)][0] if steps else objective.prepare(camera, image)
-    behind = backdrops.over(looked.target, camera)
+    behind = _over(parts, camera, looked.target)
     for step in range(color_steps):
         if on_step is not None:
             on_step(steps + step, steps + color_steps)
@@ -98,21 +97,15 @@ def optimize(
     return objective.result()
 
 
-class _Backdrops:
-    """Pictures of hidden surfels over what is behind them."""
-
-    def __init__(self, hidden: Surfels | None, frame: LevelFrame) -> None:
-        self._parts = [] if hidden is None or len(hidden) == 0 else [LevelPart.of(hidden, frame)]
-
-    def over(self, picture: FloatArray, camera: Camera) -> FloatArray:
-        """Returns the hidden surfels over a picture (3, H, W), as a camera sees them."""
-        if not self._parts:
-            return picture
-        seen = render(self._parts, camera, depth=False)
-        inside = (slice(None), slice(0, camera.height), slice(0, camera.width))
-        out = picture.copy()
-        out[inside] = seen.color.transpose(2, 0, 1) + (1 - seen.coverage) * picture[inside]
-        return out
+def _over(parts: Sequence[LevelPart], camera: Camera, picture: FloatArray) -> FloatArray:
+    """Returns hidden surfels over a picture (3, H, W), as a camera sees them."""
+    if not parts:
+        return picture
+    seen = render(parts, camera, depth=False)
+    inside = (slice(None), slice(0, camera.height), slice(0, camera.width))
+    out = picture.copy()
+    out[inside] = seen.color.transpose(2, 0, 1) + (1 - seen.coverage) * picture[inside]
+    return out
 
 
 def contrasting(target: FloatArray) -> FloatArray:
