@@ -173,9 +173,9 @@ class DetailSynthesizer:
             max(height // 2, observation.shape[0]),
         )
         job = self._job(observation, half_width, half_height, context, region, level, seed, material, None)
-        job = replace(job, stride=2)
-        small, _, _ = self._made(job)
-        image = enlarged(projected(small, job.observation), width, height)
+        small, _, _ = self._made(replace(job, stride=2))
+        small = brought_near(projected(small, job.observation), job.noisy, LEAST_DB)
+        image = enlarged(small, width, height)
         return np.clip(image, 0, 255) * np.float32(1 / 255)
 
     def upscale(
