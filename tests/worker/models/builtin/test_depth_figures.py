@@ -42,3 +42,16 @@ def test_a_figure_is_as_far_away_as_its_foot():
     assert abs(inside[0, 0] - ground[170, 0]) < 0.03  # measured: 0.017
     assert np.array_equal(d[figures == 0], ground[figures == 0])
     assert np.array_equal(stand_figures(ground, np.zeros_like(figures)), ground)
+
+
+def test_what_goes_on_above_in_something_that_stands_is_a_part_of_that():
+    image, hidden = meadow()
+    lying = np.repeat(np.linspace(0, 1, H, dtype=np.float32)[:, None], W, 1)
+    stood = lying.copy()
+    stood[60:120] += 0.15
+    figures = find_figures(image, hidden)
+    assert np.array_equal(stand_figures(stood, figures, lying), stood)
+
+
+def test_a_stem_is_no_figure():
+    assert find_figures(*meadow((slice(90, 200), slice(200, 206)))).max() == 0

@@ -23,8 +23,13 @@ NECK_PX = 5  # between a head and its body
 MOST_WIDTH = 0.8  # from its middle, of its usual width
 LEAST_AREA, MOST_AREA = 40.0, 0.015  # px, share of the picture
 LEAST_HEIGHT_PX = 14
-TILT_DEG, SLIM, SOLID = 25.0, 1.5, 0.55  # from the vertical; ratio of the axes; of its ellipse
+TILT_DEG, SLIM, SOLID = (
+    25.0,
+    (1.5, 4.5),
+    0.55,
+)  # from the vertical; ratio of axes: a stem is a part; of its ellipse
 FOOT_SHARE = 0.15  # of the height
+ABOVE_PX, RISEN = 6, 0.25  # just above a figure, of its own rise: that much says that something stands there
 
 
 def find_figures(image: ByteArray, hidden: BoolArray) -> IntArray:
@@ -101,7 +106,12 @@ def _slim(pieces: IntArray) -> BoolArray:
     long, short = (xx + yy + root) / 2, np.maximum((xx + yy - root) / 2, 1 / 12)
     tilt = np.degrees(0.5 * np.arctan2(2 * xy, yy - xx))
     filled = area / (4 * np.pi * np.sqrt(long * short))
-    return np.asarray((np.abs(tilt) < TILT_DEG) & (long > SLIM**2 * short) & (filled > SOLID))
+    return np.asarray(
+        (np.abs(tilt) < TILT_DEG)
+        & (long > SLIM[0] ** 2 * short)
+        & (long < SLIM[1] ** 2 * short)
+        & (filled > SOLID)
+    )
 
 
 def _draw(figures: IntArray, number: int, body: BoolArray, box: IntArray, unlike: BoolArray) -> None:
@@ -121,14 +131,17 @@ def _draw(figures: IntArray, number: int, body: BoolArray, box: IntArray, unlike
     figures[here][labels == largest] = number
 
 
-def stand_figures(d: FloatArray, figures: IntArray) -> FloatArray:
+def stand_figures(d: FloatArray, figures: IntArray, lying: FloatArray | None = None) -> FloatArray:
     """Lays every figure as far away as its foot; never farther than it is.
+
+    A figure that goes on above in something that stands is a part of that: a stem below its flower.
 
     Args:
         d: (h, w) disparity.
         figures: (h, w) of `find_figures`.
+        lying: (h, w) disparity before anything was made to stand, or None.
     """
-    result = d.copy()
+    result, lying = d.copy(), d if lying is None else lying
     for number in range(1, int(figures.max()) + 1):
         rows = np.flatnonzero((figures == number).any(1))
         if not len(rows):
@@ -137,5 +150,9 @@ def stand_figures(d: FloatArray, figures: IntArray) -> FloatArray:
         where = figures[part] == number
         foot = where.copy()
         foot[: round((1 - FOOT_SHARE) * len(where))] = False
-        result[part][where] = np.maximum(d[part][where], np.median(d[part][foot]))
+        near = float(np.median(d[part][foot]))
+        top = np.flatnonzero(where[0])
+        above = np.s_[max(rows[0] - ABOVE_PX, 0) : rows[0] + 1, top[len(top) // 2]]
+        if np.mean(d[above] - lying[above]) < RISEN * (near - float(np.mean(lying[above]))):
+            result[part][where] = np.maximum(d[part][where], near)
     return result

@@ -18,6 +18,8 @@ SURE_PX, REACH_PX, THIN_PX, SKIRT_PX, FRINGE_PX, HALO_PX = 10, 60, 24, 4, 40, 4
 SPREAD = (9.0, 5.0, 5.0)  # of the sky's own colour, 8-bit Lab, at the least
 UNLIKE, LIKE, OUTLIER, BLURRED = 3.2, 1.6, 2.5, 2.3  # Mahalanobis distances
 CLEARLY = 1.5
+EDGE_PX, CALM_SPREAD = 6, (2.5, 2.0, 2.0)  # the same where the sky itself is even
+APART, ADDED_APART = 4.0, 2.0  # distances from that; of what is sky by its colour alone
 SAME, ALLOWED = 2.0, 0.2  # distance and belief with which the sky spreads
 SHRINK = 4  # the colour model is smooth
 CLOUD_ROUNDS, CLOUD_STEP_PX = 4, 24  # how far the sky spreads over colours that are its own
@@ -50,7 +52,18 @@ def regrow(mask: BoolArray, image: ByteArray) -> BoolArray:
     like = ~mask & ~grown & (distance < LIKE) & (ground > distance)
     away = _distance_to(mask)
     skirt = like & ((away <= SKIRT_PX * unit) | ((away <= FRINGE_PX * unit) & (ground > distance + CLEARLY)))
-    return with_clouds(np.asarray(mask | _joined(skirt, mask), bool), image)
+    calm = mask
+    mask = with_clouds(np.asarray(mask | _joined(skirt, mask), bool), image)
+    return mask & ~_fringe(lab, mask, unit, mask & ~calm)
+
+
+def _fringe(lab: FloatArray, mask: BoolArray, unit: float, added: BoolArray) -> BoolArray:
+    """What stands out from a calm sky beside the ground: a sunlit edge in haze stayed behind as a line."""
+    sure = _eroded(mask, EDGE_PX * unit)
+    if not sure.any():
+        return sure
+    apart = _distance(lab, sure, 2 * EDGE_PX * unit, CALM_SPREAD) > np.where(added, ADDED_APART, APART)
+    return _joined(mask & apart & (_distance_to(~mask) <= EDGE_PX * unit), ~mask)
 
 
 def with_clouds(mask: BoolArray, image: ByteArray) -> BoolArray:
@@ -132,7 +145,9 @@ def unlike_sky(lab: FloatArray, mask: BoolArray, unit: float) -> FloatArray:
     return _distance(lab, settled if settled.any() else sure, 22 * unit)
 
 
-def _distance(lab: FloatArray, sure: BoolArray, sigma_px: float) -> FloatArray:
+def _distance(
+    lab: FloatArray, sure: BoolArray, sigma_px: float, least: tuple[float, float, float] = SPREAD
+) -> FloatArray:
     """Mahalanobis distance to the sure colours, weighted by a Gaussian of `sigma_px`."""
     h, w = sure.shape
     size = (max(w // SHRINK, 1), max(h // SHRINK, 1))
@@ -141,7 +156,7 @@ def _distance(lab: FloatArray, sure: BoolArray, sigma_px: float) -> FloatArray:
     power = cv2.resize(lab * lab * sure[..., None], size, interpolation=cv2.INTER_AREA)
     mass, first, second = (_wide(m, sigma_px / SHRINK) for m in (weight, small, power))
     mean = first / mass[..., None]
-    spread = np.maximum(second / mass[..., None] - mean * mean, 0) + np.square(np.array(SPREAD, np.float32))
+    spread = np.maximum(second / mass[..., None] - mean * mean, 0) + np.square(np.array(least, np.float32))
     mean, spread = (cv2.resize(m, (w, h), interpolation=cv2.INTER_LINEAR) for m in (mean, spread))
     square = (lab - mean) ** 2 / spread
     return np.sqrt(square[..., 0] + square[..., 1] + square[..., 2]).astype(np.float32)

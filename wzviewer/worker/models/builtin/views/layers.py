@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from wzviewer.core.types import BoolArray, FloatArray
+from wzviewer.core.types import BoolArray, FloatArray, IntArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.edges import RELATIVE_STEP
 from wzviewer.worker.models.builtin.views.exemplar import FillRule, FillTask, fill
@@ -78,11 +78,17 @@ class Original:
         image: (h, w, 3) float32 sRGB in [0, 1].
         log_depth: (h, w) float32, `DepthAxis.log_of`.
         usable: (h, w) bool.
+        sky: (h, w) bool.
     """
 
     image: FloatArray
     log_depth: FloatArray
     usable: BoolArray
+    sky: BoolArray
+
+    def from_sky(self, copied_from: IntArray) -> BoolArray:
+        """Tells which pixels (h, w) were copied (h, w, 2) from the sky: on what is nearer they are shards."""
+        return np.asarray((copied_from[..., 0] >= 0) & self.sky[copied_from[..., 0], copied_from[..., 1]])
 
 
 def background_layer(
@@ -132,7 +138,8 @@ def background_layer(
         axis.log_of(shift),
         fronts.origin,
     )
-    image = fill(task, rule, seed, check)[0]
+    image, copied_from = fill(task, rule, seed, check)
+    hidden &= is_sky | ~original.from_sky(copied_from)
     relief = np.where(mask, relief, front.relief)
     shift = np.where(mask, axis.shift_of(relief), front.shift)
     return Surface(image, shift, relief, np.where(mask, is_sky, front.sky)), mask & hidden

@@ -78,7 +78,10 @@ def leftover_layer(
         behind.image, around & ~mask & ~nearer, mask, original.image, original.usable,
         original.log_depth, axis.log_of(shift), np.stack([rows, columns], axis=-1),
     )  # fmt: skip
-    image = fill(task, DEEPER_RULE, seed, check)[0] if mask.any() else front.image
+    image = front.image
+    if mask.any():
+        image, copied_from = fill(task, DEEPER_RULE, seed, check)
+        mask &= sky | ~original.from_sky(copied_from)
     return Surface(image, shift, relief, np.where(mask, sky, front.sky)), mask
 
 

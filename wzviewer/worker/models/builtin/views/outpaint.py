@@ -16,7 +16,7 @@ from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.edges import sharpen_steps
 from wzviewer.worker.models.builtin.views.exemplar import FillRule, FillTask, fill
 from wzviewer.worker.models.builtin.views.layers import Surface
-from wzviewer.worker.models.builtin.views.smoothing import blur, push_pull
+from wzviewer.worker.models.builtin.views.smoothing import blur, dilated, push_pull
 
 PAD_WIDTH, PAD_HEIGHT = 0.24, 0.22  # of the frame, each side: 12 degrees for the sky
 OUTSIDE_RULE = FillRule(radius_px=8, row_cost=0.5, rim_cost=0.05)
@@ -25,6 +25,7 @@ BLUR_STACK = ((0.0, 0.0), (12.0, 6.0), (45.0, 16.0), (120.0, 40.0))  # (distance
 SOFT_PX = 90.0  # from the outer border inwards
 SKY_STRIP_PX = 41
 LABEL_WINDOW_PX = 15
+STRAY_PX = 3
 GROUND_ROWS = 60
 NEAREST = 1.6  # the ground may come at most this much nearer than the 98th percentile
 
@@ -70,8 +71,10 @@ def outpaint(
     far = float(np.median(frame.shift[frame.sky])) if frame.sky.any() else 0.0
     guess = np.where(label, np.float32(far), ground)
     image, copied_from = _painted(frame, around, inside, guess, axis, seed, check)
-    image = _softened(image, inside)
-    sky = copied_sky(np.pad(frame.sky, around), copied_from, inside, label)
+    seen = np.pad(frame.sky, around)
+    sky = copied_sky(seen, copied_from, inside, label)
+    stray = sky & ~inside & (copied_from[..., 0] >= 0) & ~seen[copied_from[..., 0], copied_from[..., 1]]
+    image = _softened(_without(image, stray, sky, inside), inside)
     shift = np.where(sky, np.float32(far), ground)
     shift = np.where(inside, np.pad(frame.shift, around), shift).astype(np.float32)
     shift = np.where(inside, shift, sharpen_steps(shift, axis, gain))
@@ -149,6 +152,15 @@ def _painted(
         picture, inside, ~inside, picture, inside, log_depth, axis.log_of(guess), np.ascontiguousarray(origin)
     )
     return fill(task, OUTSIDE_RULE, seed, check)
+
+
+def _without(image: FloatArray, stray: BoolArray, sky: BoolArray, inside: BoolArray) -> FloatArray:
+    """Lets the sky (h, w, 3) go on where the tip of something was copied into it."""
+    if not stray.any():
+        return image
+    gone = dilated(stray, STRAY_PX) & sky & ~inside
+    known = (sky & ~dilated(gone, 1)).astype(np.float32)
+    return np.where(gone[..., None], push_pull(image, known), image).astype(np.float32)
 
 
 def _softened(image: FloatArray, inside: BoolArray) -> FloatArray:

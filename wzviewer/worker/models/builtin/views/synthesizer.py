@@ -34,6 +34,7 @@ PAD_STRIDE = 2
 OVERLAP_PX = 2
 MIN_LAYER_PIXELS = 16
 SKY_FRINGE_PX = 6
+OWN_REACH_PX = 225.0  # of image motion: what is farther behind an edge is left to the coarser levels
 LIKE_SKY = 0.5  # of the sky's depth, from which on a deep level counts a point as sky
 SAME_SKY = 0.85  # of the sky's depth; what is not sky is nearer (`depth.estimator.depth_from_reading`)
 
@@ -111,7 +112,10 @@ class ViewSynthesizer:
         else:
             masks = [
                 masks[0],
-                *(mask & ~_inner_sky(s, frame.sky) for s, mask in zip(surfaces[1:], masks[1:], strict=True)),
+                *(
+                    mask & ~_inner_sky(s, frame.sky) & (frame.shift - s.shift < OWN_REACH_PX / gain)
+                    for s, mask in zip(surfaces[1:], masks[1:], strict=True)
+                ),
             ]
         if not outside:
             return Completion(image, relief, _layers(canvas, surfaces, masks, axis))
@@ -166,7 +170,7 @@ def _background(
 ) -> tuple[list[Surface], list[BoolArray]]:
     """Returns the canvas and the layers behind it, each with the pixels that exist."""
     front = canvas.surface
-    original = Original(front.image, axis.log_of(front.shift), canvas.inside)
+    original = Original(front.image, axis.log_of(front.shift), canvas.inside, front.sky)
     allowed = np.ones(front.shift.shape, np.bool_)
     surfaces, masks = [front], [allowed]
     for k in range(NUM_LAYERS):
@@ -193,7 +197,7 @@ def _with_leftovers(
 ) -> tuple[list[Surface], list[BoolArray]]:
     """Adds a layer for what neighbours still miss."""
     axis, front = DepthAxis.of(camera), canvas.surface
-    original = Original(front.image, axis.log_of(front.shift), canvas.inside)
+    original = Original(front.image, axis.log_of(front.shift), canvas.inside, front.sky)
     last, mask = leftover_layer(
         surfaces, masks, original, _offset(canvas), camera, axis, angle_deg, seed + 90, check
     )
