@@ -1,6 +1,7 @@
 """``bench generate``: seconds and quality of every level of a real generation."""
 
 import argparse
+import math
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -71,19 +72,27 @@ def consistency(scene: Scene) -> dict[str, Any]:
 
 
 def consistency_db(scene: Scene, index: int) -> float:
-    """PSNR of a level's image, shrunk to its parent's pixels, against its parent's image, dB."""
+    """PSNR of a level's image, shrunk to the pixels of its parent that it shows whole, against those, dB."""
     level = scene[index]
     assert level.parent is not None  # a child
     parent = scene[level.parent]
     ratio = level.camera.focal_px / parent.camera.focal_px
-    size = (round(level.camera.width / ratio), round(level.camera.height / ratio))
-    small = cv2.resize(level.image, size, interpolation=cv2.INTER_AREA) / 255.0
-    x0 = parent.camera.cx - level.camera.cx / ratio
-    y0 = parent.camera.cy - level.camera.cy / ratio
-    parent_from_small = np.array([[1.0, 0.0, x0], [0.0, 1.0, y0]])
+    starts = (
+        parent.camera.cx - level.camera.cx / ratio,
+        parent.camera.cy - level.camera.cy / ratio,
+    )
+    x, y = (math.ceil(start - 1e-6) for start in starts)
+    columns, rows = (
+        math.floor(start + n / ratio + 1e-6) - first
+        for start, n, first in zip(starts, (level.camera.width, level.camera.height), (x, y), strict=True)
+    )
+    # the level moves by a part of its own pixel, not the parent by one of its, which would blur that
+    shift = np.array([[1.0, 0.0, (x - starts[0]) * ratio], [0.0, 1.0, (y - starts[1]) * ratio]])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    crop = cv2.warpAffine(parent.image, parent_from_small, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-    return psnr_db(small, crop / 255.0)
+    size = (round(columns * ratio), round(rows * ratio))
+    whole = cv2.warpAffine(level.image.astype(np.float32), shift, size, flags=flags)
+    small = cv2.resize(whole, (columns, rows), interpolation=cv2.INTER_AREA)
+    return psnr_db(small / 255.0, parent.image[y : y + rows, x : x + columns] / 255.0)
 
 
 def looks(scene: Scene, context: ContextKind) -> dict[str, Any]:
