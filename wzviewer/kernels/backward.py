@@ -35,7 +35,7 @@ def accumulate(
     """Adds dL/d(A, B, C, o) of every surfel, K = (A, B, C) being the conic in natural units.
 
     Args:
-        projected: (n, 8) from `projection.project`.
+        projected: (n, 8) from `projection.project_range`.
         colors: (n, 3).
         starts: (tiles + 1,) from `binning.bin_tiles`.
         members: (pairs,) from `binning.bin_tiles`.

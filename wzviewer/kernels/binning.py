@@ -86,7 +86,7 @@ def visible_keys(projected: FloatArray, bits: Indices, keys: Keys) -> int:
     """Packs (depth, row) of the visible surfels; returns how many.
 
     Args:
-        projected: (n, 8) from `projection.project`.
+        projected: (n, 8) from `projection.project_range`.
         bits: (n,) uint32 from `depth_bits`.
         keys: (>= n,) uint64, written from the start.
     """
@@ -222,7 +222,7 @@ def bin_tiles(projected: FloatArray, order: Indices, width: int, height: int) ->
     """Lists the surfels that touch each 8x8 tile, front to back.
 
     Args:
-        projected: (n, 8) from `projection.project`.
+        projected: (n, 8) from `projection.project_range`.
         order: (m,) uint32, front to back.
         width: image width, px, at most 8 * 65535.
         height: image height, px, at most 8 * 65535.

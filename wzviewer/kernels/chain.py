@@ -96,7 +96,7 @@ def chain_range(
         scales: (n, 2), activated.
         x: (n,) opacity variable.
         view: (13,) from `projection.view_vector`.
-        projected: (n, 8) from `projection.project` of the same parameters.
+        projected: (n, 8) from `projection.project_range` of the same parameters.
         conic_gradients: (2, n, 4) from `backward.accumulate`.
         first: surfel.
         last: surfel.

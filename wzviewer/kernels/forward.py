@@ -54,7 +54,7 @@ def composite(
     """Writes the image over a background, and the transmittance.
 
     Args:
-        projected: (n, 8) from `projection.project`.
+        projected: (n, 8) from `projection.project_range`.
         colors: (n, 3).
         weights: (n,) Eq. 3 weights.
         linear: Eq. 2 as printed instead of the power law.
@@ -135,7 +135,7 @@ def median_index(
     """Writes the surfel at which the transmittance crosses 0.5.
 
     Args:
-        projected: (n, 8) from `projection.project`.
+        projected: (n, 8) from `projection.project_range`.
         weights: (n,) Eq. 3 weights.
         linear: Eq. 2 as printed instead of the power law.
         starts: (tiles + 1,) from `binning.bin_tiles`.

@@ -23,11 +23,8 @@ NECK_PX = 5  # between a head and its body
 MOST_WIDTH = 0.8  # from its middle, of its usual width
 LEAST_AREA, MOST_AREA = 40.0, 0.015  # px, share of the picture
 LEAST_HEIGHT_PX = 14
-TILT_DEG, SLIM, SOLID = (
-    25.0,
-    (1.5, 4.5),
-    0.55,
-)  # from the vertical; ratio of axes: a stem is a part; of its ellipse
+TILT_DEG = 25.0  # from the vertical
+SLIM, SOLID = (1.5, 4.5), 0.55  # ratio of axes, a stem is a part; share of its ellipse
 FOOT_SHARE = 0.15  # of the height
 ABOVE_PX, RISEN = 6, 0.25  # just above a figure, of its own rise: that much says that something stands there
 

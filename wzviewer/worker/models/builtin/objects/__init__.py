@@ -26,7 +26,7 @@
         ▼
     shading      linear light: key, sky, bounce, coat     lighting   light read from the photograph
         ▼
-    ground       what the body leaves of the light on its support
+    ground       what the body leaves of the light on its support; it ends before the level's `border`
         ▼
     composite    shadow on the real support, sharpness and grain of the background
         ▼

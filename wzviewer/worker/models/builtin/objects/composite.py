@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
+from wzviewer.worker.models.builtin.objects.border import within
 from wzviewer.worker.models.builtin.objects.lighting import Light, linear_from_srgb, srgb_from_linear
 from wzviewer.worker.models.builtin.objects.render import Layer
 
@@ -17,6 +18,7 @@ _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
 _MUTED = 0.5  # of the chroma that nothing else in the picture has
 _BLURRED_PX = 4  # beyond a body, more than a soft outline reaches
 _BRIGHT, _DIM_RANGE = 0.5, 0.25  # sRGB: of a picture's middle, from which on it mutes nothing, and below
+_FADE = 0.2  # of the shorter side: so wide a shadow ends, which its parent lacks, before the border
 _LEAST = 2.0 / 255  # a shadow weaker than this is none: the picture stays as it was
 
 
@@ -91,6 +93,7 @@ def shadow_gain(ground: FloatArray, light: Light, alpha: FloatArray) -> FloatArr
     sky, key = ground[..., 0], ground[..., 1]
     share = light.ratio / (1 + light.ratio)
     gain = (key * share + (1 - share) * sky) * (0.35 + 0.65 * sky)
+    gain = 1 - (1 - gain) * within(alpha.shape, _FADE)
     # Subtracted, not cut off: a step would draw a contour around every foot.
     return np.asarray(1 - np.maximum(1 - gain - _LEAST, 0) / (1 - _LEAST), np.float32)
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from wzviewer.core.constants import COVERAGE_FEATHER, FEATHER_MIN_PX
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
+from wzviewer.worker.models.builtin.objects.border import border_px, within
 from wzviewer.worker.models.builtin.objects.dew import bedewed, scattered
 from wzviewer.worker.models.builtin.objects.grammar import Change
 from wzviewer.worker.models.builtin.objects.lighting import (
@@ -25,7 +25,6 @@ from wzviewer.worker.models.builtin.objects.lighting import (
 _FLAKES = ((420, 0.0011, 0.0006, 0.9), (130, 0.0022, 0.0012, 0.85), (26, 0.0055, 0.0035, 0.55))
 _LYING = frozenset({"moss", "rust", "dust", "snow", "frost"})  # of these one sees where they end
 _FADE, _UNEVEN = 0.06, 0.5  # of the shorter side: how wide that is, and how unevenly
-_BORDER_MAX = 0.08  # of the shorter side
 _MOSS_DARK, _MOSS_YOUNG = (
     np.array([0.085, 0.135, 0.022], np.float32),
     np.array([0.30, 0.36, 0.06], np.float32),
@@ -110,24 +109,10 @@ def changed_by(change: Change, image: FloatArray, relief: FloatArray, seed: int)
     ground = Ground.of(image, relief, seed)
     made = np.clip(_CHANGES[change.name](ground, change.amount), 0, 1)
     if change.name in _LYING:  # what is in the air or of the light has no end that could be natural
-        made = image + (made - image) * _inside(image.shape[:2], seed)[..., None]
+        h, w = image.shape[:2]
+        uneven = np.exp(_UNEVEN * noise((h, w), max(w / 24, 2.0), seed + 7, 4))
+        made = image + (made - image) * within((h, w), _FADE, uneven)[..., None]
     return np.asarray(made, np.float32)
-
-
-def _border_px(shape: tuple[int, int]) -> float:
-    """Returns how far in from the border a level fades into its parent, which is not changed."""
-    shorter = min(shape)
-    return max(COVERAGE_FEATHER * shorter, min(FEATHER_MIN_PX, _BORDER_MAX * shorter))
-
-
-def _inside(shape: tuple[int, int], seed: int) -> FloatArray:
-    """Returns (h, w) how far a change is felt: not where its level fades out."""
-    h, w = shape
-    rows, columns = np.arange(h) + 0.5, np.arange(w) + 0.5
-    down, across = np.minimum(rows, h - rows), np.minimum(columns, w - columns)
-    away = (np.minimum(down[:, None], across[None, :]) - _border_px(shape)) / min(h, w)
-    uneven = np.exp(_UNEVEN * noise(shape, max(w / 24, 2.0), seed + 7, 4))
-    return _smooth(0.0, _FADE, away * uneven)
 
 
 def noise(
@@ -291,7 +276,7 @@ def _dew_of(ground: Ground, amount: float) -> Dew:
     drops = scattered(ground.facing, amount, ground.seed)
     x, y, radius = drops.T[:3]
     border = np.minimum(np.minimum(x, w - x), np.minimum(y, h - y)) - 1.3 * radius  # and its shadow
-    return Dew(drops[border > _border_px((h, w))], light)
+    return Dew(drops[border > border_px((h, w))], light)
 
 
 def _dew(ground: Ground, amount: float) -> FloatArray:
