@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wzviewer.worker.models.builtin.objects.composite import Harmony
+from wzviewer.worker.models.builtin.objects.composite import Harmony, shadow_gain
 from wzviewer.worker.models.builtin.objects.lighting import (
     Light,
     light_from_photo,
@@ -100,3 +100,12 @@ def test_a_light_is_never_straight_behind_the_viewer():
     image = np.full((90, 136, 3), 0.4, np.float32)
     direction = light_from_photo(image, (68, 45), 20.0).direction
     assert abs(direction[0]) > 0.45  # measured 0.46; 0.26 before
+
+
+def test_a_shadow_ends_before_the_border_where_the_parent_lacks_it():
+    dark = np.zeros((72, 108, 2), np.float32)
+    gain = shadow_gain(dark, light_from_photo(ramp(1), (80, 53), 20), np.zeros((72, 108), np.float32))
+    assert (gain[[0, -1]] == 1).all()
+    assert (gain[:, [0, -1]] == 1).all()
+    assert np.abs(np.diff(gain, axis=0)).max() < 0.12  # measured 0.105: no line
+    assert gain[36, 54] < 0.05
