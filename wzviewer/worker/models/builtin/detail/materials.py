@@ -2,15 +2,16 @@
 
 ::
 
-    petal ──► velvet ─────┐                                        fur, bark, straw ──┬─── yarn ◄── weave
-    foliage ──► venation ─┴► tissue ► cell ──► granule ───┐                            └──► fibre ──► fibril
-                     floret ─┘                            │                                              │
-    wet ► tear, skin, scales ► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────────────┘
+    petal ──► velvet ─────┐                                       bark, straw ──┬──► yarn ◄── weave
+    foliage ──► venation ─┴► tissue ► cell ──► granule ───┐                     └──► fibre ──► fibril
+                     floret ─┘                            │         fur ──► hair ────────────────┤
+    wet ► tear, skin, scales ► cornea ──┬──► cytoplasm ───┴► membrane ──► molecule ◄─────────────┘
                                                                               └──► helix ──► atom ──┐
-    sand ──► rock ► stone ─┐                                                                        │
-    plaster, paint ► grit ─┴► granite ► facet ──► salt ──► shell ──┐                                │
-    smooth ──► glaze ──► polish ──┬► alloy ──► lattice ──► sea ────┴─► nucleus ◄── orbital ◄────────┤
-    metal ──► cast, brushed ──────┘                                       └──► strings ──► froth    │
+    sand ──► rock ► stone ───┐                                                                      │
+    paint ─────► bristle ────┼► granite ► facet ──► salt ──► shell ──┐                              │
+    plaster ───► grit ───────┘                                       │                              │
+    smooth ──► glaze ──► polish ──┬► alloy ──► lattice ──► sea ──────┴─► nucleus ◄── orbital ◄──────┤
+    metal ──► cast, brushed ──────┘                                         └──► strings ──► froth  │
     sky, blur ► air ──► haze ► droplet ► frost ──────┐                                              │
     ripple ──► caustic ──► plankton ──► jelly ───────┴► ice ──► dipole ─────────────────────────────┘
 
@@ -104,14 +105,16 @@ MATERIALS: dict[str, Material] = {
         _material("frost", "crystals of ice", "ice", 0.7, 0.012, 0.12, 0.2),
         _material("foliage", "leaves", "venation", 2.8, 0.05, 0.05, 1.8, 28.0),
         _material("venation", "petal or leaf tissue", "tissue", 0.9, 0.01, 0.11, 0.3, micro=0.02),
-        _material("paint", "brush strokes", "grit", 1.15, 0.016, 0.05, 0.4, micro=0.02),
+        _material("bristle", "marks of a brush", "granite", 0.9, 0.012, 0.05, 0.2),
+        _material("paint", "brush strokes", "bristle", 1.15, 0.016, 0.05, 0.4, micro=0.02),
         _material("floret", "florets", "tissue", 0.9, 0.012, 0.07, 0.3, micro=0.055),
         _material("petal", "petals", "velvet", 0.9, 0.01, 0.07, 0.2, micro=0.016),
         _material("velvet", "velvet of a petal", "tissue", 0.9, 0.012, 0.06, 0.4),
         _material("cell", "cells", "granule", 0.75, 0.012, DEEP, 1.2, 26.0),
         _material("granule", "grains of a cell", "membrane", 0.9, 0.012, DEEP, 1.2, 26.0, between="fibril"),
         _material("fibre", "fibres", "fibril", 1.0, 0.012, 0.08, 0.48),
-        _material("fur", "fur", "fibre", 0.9, 0.014, 0.05, 0.6),
+        _material("hair", "hairs", "fibril", 0.9, 0.012, 0.05, 0.2),
+        _material("fur", "fur", "hair", 0.9, 0.014, 0.05, 0.6),
         _material("straw", "stalks", "fibre", 1.1, 0.014, 0.05, 0.84),
         _material("bark", "bark", "fibre", 1.1, 0.016, 0.05, 1.1),
         _material("brushed", "brushed metal", "alloy", 0.6, 0.008, 0.018, 0.12),

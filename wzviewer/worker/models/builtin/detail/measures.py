@@ -109,6 +109,14 @@ def stretched(plane: FloatArray, width: int, height: int) -> FloatArray:
     return cv2.resize(plane, (width, height), interpolation=cv2.INTER_LINEAR)
 
 
+def resized(plane: FloatArray, width: int, height: int) -> FloatArray:
+    """Returns the plane at a size: enlarged, or reduced where both sides become shorter."""
+    if plane.shape[:2] == (height, width):
+        return plane
+    smaller = width <= plane.shape[1] and height <= plane.shape[0]
+    return cv2.resize(plane, (width, height), interpolation=cv2.INTER_AREA if smaller else cv2.INTER_CUBIC)
+
+
 def orientation(plane: FloatArray, sigma: float, window: float) -> Orientation:
     """Returns the structure tensor of G(`sigma`) Y, gathered over G(`window`)."""
     smooth = blurred(plane, sigma)

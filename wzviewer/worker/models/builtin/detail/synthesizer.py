@@ -33,14 +33,10 @@ from wzviewer.worker.models.builtin.detail.measures import (
     luma,
     orientation,
     ramp,
+    resized,
     stretched,
 )
-from wzviewer.worker.models.builtin.detail.overlay import (
-    film_grain,
-    multiplied,
-    roughened,
-    with_detail,
-)
+from wzviewer.worker.models.builtin.detail.overlay import film_grain, multiplied, roughened, with_detail
 from wzviewer.worker.models.builtin.detail.quiet import without_noise
 from wzviewer.worker.models.builtin.detail.seams import (
     bare,
@@ -50,6 +46,7 @@ from wzviewer.worker.models.builtin.detail.seams import (
     with_seams,
     without_strands_on_gloss,
 )
+from wzviewer.worker.models.builtin.detail.strokes import compiled, in_strokes
 from wzviewer.worker.models.builtin.detail.tables import (
     floor_table,
     grain_table,
@@ -62,6 +59,7 @@ from wzviewer.worker.models.builtin.detail.texture import (
     coarse_forms,
     layout,
     painted_texture,
+    shares_by_name,
     shrunk,
 )
 
@@ -71,6 +69,8 @@ Fractions = tuple[float, float, float, float]
 TINT_REACHES = dict.fromkeys(NATURAL, 12.0) | dict.fromkeys(("petal", "floret"), 35.0)
 """In CIELAB; the leaves of one tree differ by less, a petal's tip from its base by nearly as much."""
 LEAST_DB = 42.0  # between a photograph with its noise and the new image, which has its own
+STROKED = 0.75
+"""Less texture lies on what strokes already draw."""
 COLOURED = frozenset({"foliage", "straw", "venation", "petal", "floret"})
 
 
@@ -141,6 +141,7 @@ class DetailSynthesizer:
         context = self.describe(ramp_image, None)
         for word in ("fibre", "foliage", "venation", "rock", "plaster"):
             self.upscale(ramp_image, 64, 48, context, (0, 0, 1, 1), 1, 0, material=word)
+        compiled()
 
     def describe(
         self, image: FloatArray, parent: Context | None = None, detail: Detail | None = None
@@ -280,6 +281,9 @@ class DetailSynthesizer:
         coarse = shrunk(place, seen.shape[1], seen.shape[0])
         forms = self._forms(job, coarse)
         detail = texture * self._sigma(job, place, coarse, forms)
+        if is_deep and not job.prompted:
+            painting = in_strokes(base, seen, shares_by_name(coarse, job.names), job.seeds)
+            base, detail = painting.image, detail * (1 - STROKED * painting.cover)
         if is_deep:
             detail = multiplied(detail, luma(base))
         image = with_detail(base, detail, job.observation, job.level, _light_share(job, place), forms)
@@ -289,7 +293,7 @@ class DetailSynthesizer:
         job.check()
         size = (job.width, job.height)
         labels = cv2.resize(place.labels, size, interpolation=cv2.INTER_NEAREST)
-        return _resized(image, *size), _resized(detail, *size), labels
+        return resized(image, *size), resized(detail, *size), labels
 
     def _forms(self, job: _Job, coarse: Layout) -> FloatArray | None:
         """Returns the forms, in deviations, of what has none of its own; a photograph has them."""
@@ -390,10 +394,3 @@ def _spread_or_one(place: Layout, values: FloatArray) -> FloatArray | float:
     """Returns the values spread, or the one value that all labels of the place have, which takes no time."""
     found = values[list(place.shares)]
     return float(found[0]) if np.ptp(found) == 0 else _spread(place, values)
-
-
-def _resized(plane: FloatArray, width: int, height: int) -> FloatArray:
-    if plane.shape[:2] == (height, width):
-        return plane
-    smaller = width <= plane.shape[1] and height <= plane.shape[0]
-    return cv2.resize(plane, (width, height), interpolation=cv2.INTER_AREA if smaller else cv2.INTER_CUBIC)

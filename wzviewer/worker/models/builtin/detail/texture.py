@@ -81,6 +81,15 @@ def shrunk(place: Layout, width: int, height: int) -> Layout:
     return Layout(labels, {label: area_down(share, width, height) for label, share in place.shares.items()})
 
 
+def shares_by_name(place: Layout, names: tuple[str, ...]) -> dict[str, FloatArray]:
+    """Returns per material ``(H, W)`` in 0..1: where it is."""
+    found: dict[str, FloatArray] = {}
+    for label, share in place.shares.items():
+        name = names[label]
+        found[name] = found[name] + share if name in found else share
+    return found
+
+
 def painted_texture(
     place: Layout,
     names: tuple[str, ...],
@@ -102,10 +111,7 @@ def painted_texture(
         is_deep: beyond the photograph: its blurs are no strands to follow one by one.
     """
     height, width = place.labels.shape
-    by_name: dict[str, FloatArray] = {}
-    for label, share in place.shares.items():
-        name = names[label]
-        by_name[name] = by_name[name] + share if name in by_name else share
+    by_name = shares_by_name(place, names)
     direction = None
     if GRAINS.keys() & by_name.keys():
         votes = CALM_VOTES if is_deep else NEAR_VOTES
