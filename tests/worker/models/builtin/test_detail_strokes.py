@@ -1,5 +1,7 @@
 """Strokes: leaves, marks of a brush and hairs that, shrunk, are the picture again."""
 
+import itertools
+
 import cv2
 import numpy as np
 import pytest
@@ -112,7 +114,7 @@ def test_rows_may_be_laid_in_any_slices():
     results = []
     for edges in ((0, 60), (0, 13, 37, 60)):
         top, shade = np.zeros((60, 90), np.int32), np.ones((60, 90), np.float32)
-        for first, last in zip(edges[:-1], edges[1:], strict=True):
+        for first, last in itertools.pairwise(edges):
             lay(LEAF, strokes, 1, top, shade, first, last)
         results.append((top, shade))
     assert np.array_equal(results[0][0], results[1][0])
