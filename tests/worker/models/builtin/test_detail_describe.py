@@ -52,6 +52,14 @@ def named(**changes):
             },
             "sand",
         ),
+        (
+            {"lightness": 28, "green_red": -4, "blue_yellow": 9, "fine": 3, "middle": 5, "wide": 4},
+            "foliage",
+        ),
+        (
+            {"lightness": 28, "green_red": -4, "blue_yellow": 9, "fine": 3, "middle": 5, "wide": 7},
+            "venation",
+        ),
         ({"lightness": 4, "fine": 2.5, "middle": 6.6, "wide": 11.2, "coherence": 0.77}, "metal"),
         ({"fine": 10, "middle": 11, "wide": 12, "coherence": 0.35}, "rock"),
         ({"green_red": 14, "blue_yellow": 26, "fine": 3, "middle": 5, "wide": 6}, "fur"),

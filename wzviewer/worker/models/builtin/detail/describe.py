@@ -289,7 +289,7 @@ def _rough_material(region: Region, chroma: float, hue: float) -> str:
 
 def _grey_material(region: Region, rough: float, spread: float) -> str:
     if region.lightness < 30 and region.green_red < -2.5:
-        return "foliage" if rough > 4 else "plaster"
+        return "plaster" if rough <= 4 else "foliage" if spread < LEAF_SPREAD else "venation"
     if region.lightness < 30 and spread > OBJECTS_SPREAD:
         return _openwork(region)
     stony = rough > 10 and region.lightness < 66 and region.built < BUILT_SHARE  # else a building

@@ -31,9 +31,8 @@ MARGIN_PX = 14  # no atom and no bond is longer
 
 
 def tissue(n: int, rng: np.random.Generator) -> FloatArray:
-    """The skin of a leaf: cells like pillows, lit aslant, in islands between veinlets; stomata among them."""
-    first, second, _ = cellular(n, n // 20, rng)
-    veinlet = warped(np.exp(-np.square((second - first) / 3.0)).astype(np.float32), 3.0, rng)
+    """The skin of a leaf: cells like pillows, and stomata, between two orders of veins."""
+    veins = np.maximum(1.3 * _veins(n, n // 96, 3.4, 7.0, rng), _veins(n, n // 30, 1.8, 3.0, rng))
     inner, _, index = cellular(n, n // 9, rng)
     full = rng.uniform(0.5, 1.2, index.max() + 1).astype(np.float32)[index]
     pillow = full * np.sqrt(np.clip(1 - np.square(inner / 6.6), 0, 1))
@@ -43,9 +42,19 @@ def tissue(n: int, rng: np.random.Generator) -> FloatArray:
         slit = np.exp(-np.square(u / 3.2) - np.square(v / 0.8))
         return 1.1 - 2.4 * slit - 0.7 * radius**4, (radius < 1)
 
-    height = stamped((pillow + 0.7 * veinlet).astype(np.float32), n * n // 1600, 7, stoma, rng)
-    height = warped(height, 1.5, rng) + 0.3 * fractal(n, 1.6, rng, lowest=12)
-    return normalized(periodic_blur(0.3 * height + 1.2 * shaded(1.7 * height), 0.5))
+    cells = warped(stamped(pillow.astype(np.float32), n * n // 1600, 7, stoma, rng), 1.5, rng)
+    height = cells * (1 - 0.6 * veins.clip(0, 1)) + 0.3 * fractal(n, 1.6, rng, lowest=12)
+    lit = 0.3 * height + 1.2 * shaded(1.7 * height)
+    return normalized(periodic_blur(lit + 1.6 * veins + 0.55 * shaded(3 * veins), 0.5))
+
+
+def _veins(n: int, cells: int, half_px: float, bend: float, rng: np.random.Generator) -> FloatArray:
+    """Returns ``(n, n)`` in 0..1: a net about so many cells a side, its lines of an even width."""
+    first, second, _ = cellular(n, cells, rng)
+    apart = second - first
+    slope = np.hypot(*(np.roll(apart, -1, axis) - np.roll(apart, 1, axis) for axis in (0, 1))) / 2
+    away = warped((apart / np.maximum(slope, 0.35)).astype(np.float32), bend, rng)
+    return np.exp(-np.square(away / half_px))
 
 
 def granule(n: int, rng: np.random.Generator) -> FloatArray:

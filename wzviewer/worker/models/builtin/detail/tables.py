@@ -8,7 +8,7 @@ from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.materials import per_label
 from wzviewer.worker.models.builtin.detail.overlay import grain_rms
 
-FIRST_DEEP = 0.6
+FIRST_DEEP = 0.8
 """Of the deep contrast, at level 2: it still looks like the photograph, not like a micrograph."""
 
 
