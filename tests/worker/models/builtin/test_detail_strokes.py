@@ -29,12 +29,16 @@ def painted(name: str, seen: np.ndarray, where: np.ndarray = EVERYWHERE, seed: i
     return in_strokes(base, seen, {name: where}, (seed,))
 
 
-@pytest.mark.parametrize(("name", "most"), [("venation", 4.0), ("bristle", 6.0), (HAIRY, 7.0)])
+@pytest.mark.parametrize(
+    ("name", "most"), [("venation", 4.0), ("bristle", 6.0), ("stone", 6.0), (HAIRY, 7.0)]
+)
 def test_a_painting_shrunk_is_nearly_the_picture(name, most):
     seen = crowns()
     painting = painted(name, seen)
     away = area_down(painting.image, WIDTH, HEIGHT) - seen
-    assert np.sqrt(np.mean(away**2)) < most  # measured 2.3, 3.4, 3.9; the picture's own deviation is 40
+    assert (
+        np.sqrt(np.mean(away**2)) < most
+    )  # measured 2.3, 3.4, STONE, 3.9; the picture's own deviation is 40
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -43,7 +47,7 @@ def test_it_has_contours_where_the_enlargement_had_none(name):
     finest = luma(painted(name, seen).image)
     smooth = luma(enlarged(seen, 8 * WIDTH, 8 * HEIGHT))
     ratio = np.std(finest - blurred(finest, 1.0)) / np.std(smooth - blurred(smooth, 1.0))
-    assert ratio > 4  # measured 15 to 27
+    assert ratio > 4  # measured 12 to 27
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -51,7 +55,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_does_not(name):
     seen = crowns()
     first, again, other = (painted(name, seen, seed=seed).image for seed in (5, 5, 6))
     assert first.tobytes() == again.tobytes()
-    assert np.abs(first - other).mean() > 1  # measured 12 to 20
+    assert np.abs(first - other).mean() > 1  # measured 11 to 20
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -70,7 +74,7 @@ def test_nothing_is_painted_where_the_material_is_not(name):
 def test_other_materials_stay_as_they_are():
     seen = crowns()
     base = enlarged(seen, 8 * WIDTH, 8 * HEIGHT)
-    painting = in_strokes(base, seen, {"sky": EVERYWHERE, "stone": EVERYWHERE}, (1,))
+    painting = in_strokes(base, seen, {"sky": EVERYWHERE, "granite": EVERYWHERE}, (1,))
     assert painting.image is base
     assert painting.cover.max() == 0
 

@@ -1,9 +1,9 @@
 """Strokes: the second zoom finds what the first could only hint at, leaf by leaf and hair by hair.
 
-An enlarged texture is a camouflage: rounded blots that mean nothing.  But every blot can be a thing, a leaf
-or the mark of a brush, that lies where the picture is of one colour (painterly rendering with strokes fitted
-to a picture: Haeberli 1990, Hertzmann 1998).  What is seen of every stroke then gets the colour with which
-the whole, shrunk, is the picture again.  Hairs follow the picture's own direction.
+An enlarged texture is a camouflage: rounded blots that mean nothing.  But every blot can be a thing, a leaf,
+a face of stone or the mark of a brush, that lies where the picture is of one colour (painterly rendering with
+strokes fitted to a picture: Haeberli 1990, Hertzmann 1998).  What is seen of every stroke then gets the
+colour with which the whole, shrunk, is the picture again.  Hairs follow the picture's own direction.
 
 ::
 
@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from wzviewer.core.types import BoolArray, FloatArray, IntArray
-from wzviewer.worker.models.builtin.detail.brushes import LEAF, MARK, comb, fit, lay
+from wzviewer.worker.models.builtin.detail.brushes import FACET, LEAF, MARK, comb, fit, lay
 from wzviewer.worker.models.builtin.detail.flow import CALM_VOTES, voted_direction
 from wzviewer.worker.models.builtin.detail.measures import (
     area_down,
@@ -70,6 +70,7 @@ class Brush:
 
 BRUSHES = {
     "venation": Brush(LEAF, (5.0, 3.0), 0.44, (0.36, 0.56), 0.25, rough=0.12),
+    "stone": Brush(FACET, (8.0, 4.2), 0.40, (0.35, 0.8), 0.0, 0.5),
     "bristle": Brush(MARK, (10.0, 5.5), 0.32, (0.16, 0.26), 0.12, 0.25),
 }
 """By name of the material as it is seen in the new image."""
