@@ -14,6 +14,7 @@ from wzviewer.worker.models.builtin.objects.shading import Setting
 from wzviewer.worker.models.builtin.objects.thin import LIMB
 
 _BEYOND_STRIDE = 8  # px between rays outside the frame, where hairs are rooted that reach into it
+_GLINT = 0.016  # of the key's light: a hair's own, whatever its colour
 _LEAST = 0.02  # of a pixel that a coat has to itself, to tell its colour
 
 
@@ -92,7 +93,8 @@ def dressed(
     skins = [_skin(scene, pixels[met] + np.float64(0.5), samples[met], 1.0), *_around(scene, setting, check)]
     if not any(len(skin.points) for skin in skins):
         return None
-    lights = Lights(setting.to_light, setting.to_eye)
+    glint = _GLINT * setting.key_radiance.astype(np.float64)
+    lights = Lights(setting.to_light, setting.to_eye, glint)
     marched = fitting.marched(*planes)
 
     def run(work: Callable[[int], object], items: list[int]) -> object:

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects import strands
 from wzviewer.worker.models.builtin.objects.coats import Coat
-from wzviewer.worker.models.builtin.objects.hairs import Lights, hairs
+from wzviewer.worker.models.builtin.objects.hairs import LUMA, Lights, hairs
 from wzviewer.worker.models.builtin.objects.pose import Pose
 from wzviewer.worker.models.builtin.objects.roots import Skin, rooted, width_px
 
@@ -38,6 +38,7 @@ _BANDS = 8  # of rows, each on a thread of its own
 _BEHIND = 0.012  # body lengths that a hair may sink into the skin where that is hollow
 _UNDERCOAT = 0.42  # of the coat's brightness, between hairs
 _BALANCED_PX = 12.0  # around a pixel, over so much the mean colour stays what it was
+_SCATTERED = 0.7  # of the shade between white hairs is lit by light that went through them
 _FAR = np.float32(1e30)
 
 
@@ -80,7 +81,8 @@ class Furred:
         box: the part of the picture that this is; beyond it nothing changes.
         color: (h, w, 3) linear, premultiplied.
         alpha: (h, w) coverage.
-        relief: (h, w) native px of the nearest hair, nan where there is none.
+        relief: (h, w) native px where hairs are, else nan: the skin's, beyond its outline as at the outline,
+            so that what stands out there stays with it from aside.
         limbs: (h, w) share of a pixel that limbs cover, with the hairs on them.
     """
 
@@ -123,8 +125,7 @@ def furred(
     light = np.ascontiguousarray(lights.to_light[:2], np.float64)
     fur = _drawn(under, (joints, colors, light, lengths), limbs[roots.part], _BEHIND * pose.size_px, run)
     wide = width_px(coat, 1.0 / pose.size_px)
-    nearest = _blocks(np.where(fur.there, fur.depth, np.float32(np.inf))).min((1, 3))
-    relief = np.where(np.isfinite(nearest), nearest, np.float32(np.nan))
+    relief = np.where(_blocks(fur.there).any((1, 3)), _nearest(under.relief), np.float32(np.nan))
     color, alpha, limb_share = _laid_over(under, fur, wide)
     return Furred(box, color, alpha, relief, limb_share)
 
@@ -174,6 +175,19 @@ def _drawn(
     return _Fur(color, depth, there, of_limb)
 
 
+def _nearest(relief: FloatArray) -> FloatArray:
+    """Continues a relief (h, w) by the nearest that is known."""
+    known = np.isfinite(relief)
+    if not known.any():
+        return relief
+    _, label = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    values = np.zeros(int(label.max()) + 1, np.float32)
+    values[label[known]] = relief[known]
+    return np.asarray(values[label], np.float32)
+
+
 def _fine(plane: NDArray[Any]) -> NDArray[Any]:
     """Repeats the pixels of a plane (h, w) for their samples."""
     return np.ascontiguousarray(np.repeat(np.repeat(plane, _FINE, 0), _FINE, 1))
@@ -197,9 +211,8 @@ def _shaded(fur: _Fur, wide: float) -> FloatArray:
     z = np.where(fur.there, fur.depth, np.float32(0))
     mean = _smooth(z, wide) / np.maximum(_smooth(weight, wide), 1e-3)
     lower = np.where(fur.there, z - mean, 0) / np.float32(1.6 * wide)
-    return np.asarray(
-        fur.color * np.clip(1 - 0.5 * lower, 0.35, 1.3)[..., None] * weight[..., None], np.float32
-    )
+    deep = (1 - _SCATTERED * np.clip(fur.color @ LUMA, 0, 1)) * (0.5 * lower)
+    return np.asarray(fur.color * (np.clip(1 - deep, 0.35, 1.3) * weight)[..., None], np.float32)
 
 
 def _smooth(field: FloatArray, wide: float) -> FloatArray:
@@ -213,7 +226,8 @@ def _laid_over(under: Marched, fur: _Fur, wide: float) -> tuple[FloatArray, Floa
     """Returns premultiplied colour (h, w, 3), coverage (h, w) and the share of limbs (h, w)."""
     colors = _shaded(fur, wide)
     color, share = _mean(colors), _mean(fur.there)
-    dim = 1 - (1 - _UNDERCOAT) * under.furry[..., None]
+    pale = 1 - _SCATTERED * np.clip(under.color @ LUMA, 0, 1)
+    dim = 1 - ((1 - _UNDERCOAT) * under.furry * pale)[..., None]
     coat = color + (1 - share)[..., None] * under.color * dim
     alpha = share + (1 - share) * under.alpha
     gain = _gain(coat, under, share)
@@ -242,6 +256,7 @@ def _beneath(
 def _gain(coat: FloatArray, under: Marched, share: FloatArray) -> FloatArray:
     """Returns what (h, w, 3) brings the mean colour around each pixel back to the coat's without hairs."""
     there = (under.furry * under.alpha)[..., None]
-    own, want = (cv2.GaussianBlur(c * there, (0, 0), _BALANCED_PX) for c in (coat, under.color))
-    gain = np.clip((want + 1e-4) / (own + 1e-4), 0.6, 2.2)
+    roots = (np.sqrt(np.maximum(c, 0)) for c in (coat, under.color))  # about as the eye sees them
+    own, want = (cv2.GaussianBlur(c * there, (0, 0), _BALANCED_PX) for c in roots)
+    gain = np.clip((want + 1e-3) / (own + 1e-3), 0.75, 1.6) ** 2
     return np.asarray(1 + np.maximum(under.furry, share)[..., None] * (gain - 1), np.float32)

@@ -15,15 +15,16 @@ _TUFTS = 0.05  # body lengths, the largest; each further kind is a quarter of th
 _WISP = 0.0031  # body lengths: hairs so close lie in one layer
 _DRAWN = (0.5, 0.8)  # of the way to its tuft, by a hair's tip: to the largest, to smaller ones
 _ASTRAY = (0.28, 0.4)  # of its length at most
-_LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
+LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
 @dataclass(frozen=True, eq=False)
 class Lights:
-    """Unit directions (3,) in camera axes."""
+    """Unit directions (3,) in camera axes, and (3,) linear radiance of the key's glint on a black hair."""
 
     to_light: DoubleArray
     to_eye: DoubleArray
+    glint: DoubleArray
 
 
 def hairs(coat: Coat, pose: Pose, roots: Roots, lights: Lights) -> tuple[DoubleArray, FloatArray, FloatArray]:
@@ -35,7 +36,7 @@ def hairs(coat: Coat, pose: Pose, roots: Roots, lights: Lights) -> tuple[DoubleA
     start = (1 - piece) * _started(roots)
     tip, tufts = _gathered(roots, lie, length[:, None], start[:, None], px)
     lift = coat.lifts[roots.part] * (0.6 + 0.8 * roots.chance[:, 1])
-    shape = np.column_stack([length, start, piece, lift, 0.10 * (roots.chance[:, 2] - 0.5)])
+    shape = np.column_stack([length, start, piece, lift, 0.06 * (roots.chance[:, 2] - 0.5)])
     frame = np.concatenate([pose.camera_from_object * pose.size_px, [pose.position]])
     joints, along = np.zeros((n, _JOINTS, 4)), np.zeros((n, _JOINTS, 3))
     strands.grow(roots.points, roots.normals, lie, tip, shape, frame, joints, along)
@@ -62,7 +63,7 @@ def _started(roots: Roots) -> DoubleArray:
 
 def _ruffled(lie: DoubleArray, roots: Roots) -> DoubleArray:
     """Turns hairs a little in the skin: in swirls, and each on its own."""
-    angle = 0.22 * (roots.chance[:, 2] - 0.5) + 0.25 * (roots.chance[:, 3] - 0.5) ** 3
+    angle = 0.15 * (roots.chance[:, 2] - 0.5) + 0.25 * (roots.chance[:, 3] - 0.5) ** 3
     for frequency, amount in ((7.0, 0.20), (31.0, 0.12), (140.0, 0.08)):
         noise = np.zeros(len(lie))
         strands.wave(roots.points, frequency, noise)
@@ -114,7 +115,7 @@ def _lit(
     odd = roots.chance[:, 3]
     tone *= np.where(odd < 0.05, 1.35, np.where(odd > 0.94, 0.62, 1.0))
     base = np.asarray(roots.color, np.float64)
-    pale = 0.55 * base + 0.45 * (base @ _LUMA)[:, None] * np.array([1.06, 1.0, 0.92])
+    pale = 0.95 * base + 0.12 * (base @ LUMA)[:, None] + lights.glint
     base = base * (1 + 0.10 * (roots.chance[:, 1:2] - 0.5) * np.array([1.0, 0.0, -1.0]))
     shift = 0.15 * (roots.chance[:, 0] - 0.5)
     colors = np.zeros(along.shape, np.float32)

@@ -191,6 +191,8 @@ def light(
     """
     count = along.shape[1]
     for n in range(along.shape[0]):
+        bright = 0.2126 * base[n, 0] + 0.7152 * base[n, 1] + 0.0722 * base[n, 2]
+        steep = 1.0 - 0.7 * min(bright, 1.0)  # among pale hairs light is scattered down to their roots
         for k in range(count):
             tl, tv = 0.0, 0.0
             for c in range(3):
@@ -198,7 +200,7 @@ def light(
                 tv += along[n, k, c] * to_eye[c]
             across, aside = sqrt(max(1.0 - tl * tl, 0.0)), sqrt(max(1.0 - tv * tv, 0.0))
             mirrored = min(max(across * aside - tl * tv - shift[n], 0.0), 1.2)
-            ramp = 0.55 + 0.55 * (shape[n, 1] + shape[n, 2] * k / (count - 1)) ** 0.7
+            ramp = 1.0 + steep * (0.55 * (shape[n, 1] + shape[n, 2] * k / (count - 1)) ** 0.7 - 0.45)
             body = (0.55 + 0.45 * across) * ramp * tone[n]
             shine = (0.34 * mirrored**6 + 0.40 * mirrored**28) * ramp
             for c in range(3):
