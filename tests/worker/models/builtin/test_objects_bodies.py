@@ -9,7 +9,8 @@ from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
 from wzviewer.worker.models.builtin.objects.patterns import MATERIAL, SHEET
 from wzviewer.worker.models.builtin.objects.pose import Pose
 from wzviewer.worker.models.builtin.objects.primitives import ROW
-from wzviewer.worker.models.builtin.objects.render import Scene, render_mask
+from wzviewer.worker.models.builtin.objects.rays import Scene
+from wzviewer.worker.models.builtin.objects.render import render_mask
 from wzviewer.worker.models.builtin.objects.substances import recast
 
 SIDE = np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]])  # x of the picture along y, z up

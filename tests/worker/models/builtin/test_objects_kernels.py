@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from wzviewer.worker.models.builtin.objects import march, patterns
+from wzviewer.worker.models.builtin.objects import march, patterns, strands
 
 FOLDER = Path(march.__file__).parent
 
@@ -18,6 +18,7 @@ def digest(*names):
 @pytest.mark.parametrize(
     ("module", "compiled_in"),
     [
+        (strands, ("noise",)),
         (march, ("noise", "shapes", "primitives")),
         (patterns, ("noise", "shapes", "primitives", "terms", "chitin", "skins", "botany", "minerals")),
     ],

@@ -7,7 +7,8 @@ from numba import njit
 from wzviewer.worker.models.builtin.objects import bodies, patterns, primitives
 from wzviewer.worker.models.builtin.objects.nouns import BUILDERS
 from wzviewer.worker.models.builtin.objects.pose import Pose
-from wzviewer.worker.models.builtin.objects.render import Scene, render_mask
+from wzviewer.worker.models.builtin.objects.rays import Scene
+from wzviewer.worker.models.builtin.objects.render import render_mask
 
 distance = njit(lambda P, i, x, y, z, T: primitives.primitive_distance(P, i, x, y, z, T, primitives.FAR))
 field = njit(lambda P, ids, x, y, z, T: primitives.field(P, ids, 0, ids.shape[0], x, y, z, T, -1)[:2])

@@ -18,11 +18,13 @@
     placement    relief of the support -> pose (tilt, heading, size), contact
         │          footing  what stands goes to the nearest surface that faces up
         ▼
-    render ── thin         hairs widened to a pixel, balls that hold thin parts
+    render ── rays         tiles, threads; thin: hairs widened to a pixel, balls that hold thin parts
       ├────── march        ONE compiled interpreter of the arrays: rays -> hits; occlusion, shadows
       │         └ primitives   the distance functions, of plain `shapes` and of those that are swept
-      └────── patterns     materials: colour and relief that grow finer as the pixel shrinks
-                └ chitin, skins, botany, minerals, terms, noise
+      ├────── patterns     materials: colour and relief that grow finer as the pixel shrinks
+      │         └ chitin, skins, botany, minerals, terms, noise
+      └────── dressing     what wears fur gets it: every hair drawn, at every level, by `furring`
+                └ roots, hairs, coats, strands   where they are, their shape and light, their lie, kernels
         ▼
     shading      linear light: key, sky, bounce, coat     lighting   light read from the photograph
         ▼

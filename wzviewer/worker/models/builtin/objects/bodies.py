@@ -51,6 +51,7 @@ class Body:
         turns: whether it may head the other way as well; not if only one side is worth seeing.
         refractive: True for clear bodies, composited by bending the background.
         clear: (r, g, b) share of light that a clear body lets through.
+        nose: where its fur begins to lie; hairs point away from there.
     """
 
     primitives: DoubleArray
@@ -62,6 +63,7 @@ class Body:
     turns: bool = True
     refractive: bool = False
     clear: Vector = (1.0, 1.0, 1.0)
+    nose: Vector = (0.0, 0.4, 0.3)
 
 
 @dataclass

@@ -28,20 +28,22 @@ def cat(rng: np.random.Generator, tint: Tint) -> Body:
         rough=0.75,
         wrap=0.4,
         sheen=0.35,
+        f0=0.01,
         wavelength=0.0075,
         relief=0.040,
-        free=(9.0, 0.17, stripes, 0.115),
+        free=(9.0, 0.17, stripes, 0.115, 0.055, 0.42, 1.6e-4),
         marks=bib,
     )
     inner = pen.material(
         FUR,
-        linear(226, 160, 144),
+        linear(228, 176, 162),
         shaded(color, 0.8),
         rough=0.7,
         wrap=0.5,
+        f0=0.01,
         wavelength=0.006,
         relief=0.02,
-        free=(4.0, 0.12),
+        free=(4.0, 0.12, 0.0, 0.1, 0.03, 0.3, 1.6e-4),
     )
     body = pen.group()
     pen.ellipsoid((0, -0.13, 0.215), (0.205, 0.215, 0.205), coat, group=body, blend=0.12)
@@ -83,7 +85,7 @@ def cat(rng: np.random.Generator, tint: Tint) -> Body:
         blend=0.03,
     )
     _head(pen, coat, inner)
-    return pen.body(tilt_deg=(76.0, 85.0), yaw_deg=-42.0)
+    return pen.body(tilt_deg=(76.0, 85.0), yaw_deg=-42.0, nose=(0.0, 0.330, 0.683))
 
 
 def _head(pen: Pen, coat: int, inner: int) -> None:

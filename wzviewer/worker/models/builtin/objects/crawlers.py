@@ -48,12 +48,13 @@ def bee(rng: np.random.Generator, tint: Tint) -> Body:
         sheen=0.5,
         wavelength=0.010,
         relief=0.07,
-        free=(2.0, 0.25),
+        free=(2.0, 0.25, 0.0, 0.1, 0.085, 1.3, 6e-4),
+        f0=0.01,
     )
     rings = pen.material(
         FUR, gold, linear(34, 22, 16), rough=0.40, wrap=0.3, sheen=0.25, coat=0.45, coat_rough=0.14,
         wavelength=0.006,
-        relief=0.035, free=(4.0, 0.14, 1.0, 0.104),
+        relief=0.035, free=(4.0, 0.14, 1.0, 0.104, 0.024, 0.5, 5e-4),
     )  # fmt: skip
     black = pen.material(
         CHITIN, BLACK, BROWN_BLACK, rough=0.4, coat=0.6, coat_rough=0.14, wavelength=0.014, relief=0.05
@@ -64,7 +65,6 @@ def bee(rng: np.random.Generator, tint: Tint) -> Body:
     pen.ellipsoid((0, -0.19, 0.235), (0.150, 0.235, 0.140), rings, group=tail, blend=0.05)
     pen.cone((0, -0.30, 0.215), (0, -0.46, 0.165), 0.105, 0.018, rings, group=tail, blend=0.06)
     pen.ellipsoid((0, 0.325, 0.245), (0.108, 0.072, 0.098), black)
-    fuzz(pen, (0, 0.13, 0.27), (0.150, 0.165, 0.150), 190, 0.075, hair)
     fuzz(pen, (0, 0.33, 0.25), (0.10, 0.07, 0.10), 30, 0.04, hair)
     bristle = pen.material(HAIR, linear(110, 84, 50), linear(52, 40, 28), rough=0.45, wrap=0.4)
     sheet = pen.texture(*_wing())
@@ -100,7 +100,7 @@ def bee(rng: np.random.Generator, tint: Tint) -> Body:
                 sheet,
                 clear,
             )
-    return pen.body(tilt_deg=(34.0, 54.0), yaw_deg=36.0)
+    return pen.body(tilt_deg=(34.0, 54.0), yaw_deg=36.0, nose=(0.0, 0.42, 0.25))
 
 
 def _place_wing(
@@ -229,7 +229,7 @@ def spider(rng: np.random.Generator, tint: Tint) -> Body:
         coat_rough=0.25,
         wavelength=0.010,
         relief=0.05,
-        free=(2.0, 0.25),
+        free=(2.0, 0.25, 0.0, 0.1, 0.042, 0.9, 5e-4),
         marks=(folium, *cross, *arms),
     )
     shield = pen.material(
@@ -241,7 +241,7 @@ def spider(rng: np.random.Generator, tint: Tint) -> Body:
         sheen=0.3,
         wavelength=0.010,
         relief=0.05,
-        free=(3.0, 0.25),
+        free=(3.0, 0.25, 0.0, 0.1, 0.03, 0.7, 5e-4),
     )
     rings = pen.material(
         FUR,
@@ -252,7 +252,7 @@ def spider(rng: np.random.Generator, tint: Tint) -> Body:
         sheen=0.3,
         wavelength=0.007,
         relief=0.05,
-        free=(4.0, 0.2, 0.95, 0.105),
+        free=(4.0, 0.2, 0.95, 0.105, 0.03, 0.9, 5e-4),
     )
     hair = pen.material(HAIR, linear(120, 90, 56), linear(52, 38, 26), rough=0.45, wrap=0.4)
     glass = pen.material(PLAIN, linear(16, 12, 12), rough=0.2, coat=1.0, coat_rough=0.04)
@@ -280,7 +280,7 @@ def spider(rng: np.random.Generator, tint: Tint) -> Body:
         for angle, span in ((1.12, 0.78), (0.48, 0.66), (-0.22, 0.60), (-0.98, 0.80)):
             _spider_leg(pen, side, angle + float(rng.normal(0, 0.05)), span, rings, hair)
     fuzz(pen, (0, -0.23, 0.265), (0.185, 0.235, 0.175), 80, 0.040, hair)
-    return pen.body(tilt_deg=(28.0, 50.0), yaw_deg=50.0)
+    return pen.body(tilt_deg=(28.0, 50.0), yaw_deg=50.0, nose=(0.0, 0.30, 0.22))
 
 
 def _spider_leg(pen: Pen, side: float, angle: float, span: float, skin: int, hair: int) -> None:

@@ -19,9 +19,11 @@ from wzviewer.worker.models.builtin.objects.parts import Depths
 from wzviewer.worker.models.builtin.objects.peeling import Studio, dismantled
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, held, merged
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support, hidden_by
-from wzviewer.worker.models.builtin.objects.render import Layer, Scene, render
+from wzviewer.worker.models.builtin.objects.rays import Scene
+from wzviewer.worker.models.builtin.objects.render import Layer, render
 
 _OPAQUE = 0.94  # a sheet of feather or wing covers .96 at most
+_HAIR = 1.5  # of a coarser pixel, to either side: so far along a hair its correction is evened out
 _BAND_LIMITS = (40 / 255, 20 / 255, 10 / 255)  # how far each step may pull back to the parent's picture
 
 
@@ -65,7 +67,7 @@ def march_again(
         return composite.composite(clean, of, finish, seed, harmony)
 
     first, alpha = paint(layer)
-    picture = _toward_parent(first, result.image, alpha, parent_factor)
+    picture = _toward_parent(first, result.image, alpha, parent_factor, combed=scene.furred)
     pulled = picture - first
 
     def paint_pulled(of: Layer) -> tuple[FloatArray, FloatArray]:
@@ -135,22 +137,55 @@ def _without_halo(image: FloatArray, alpha: FloatArray, reach_px: float) -> Floa
     return np.asarray(guess, np.float32)
 
 
-def _toward_parent(picture: FloatArray, base: FloatArray, alpha: FloatArray, factor: float) -> FloatArray:
-    """Adds up(parent - down(child)), limited: shrunk, the finer picture stays the one that was there."""
+def _toward_parent(
+    picture: FloatArray, base: FloatArray, alpha: FloatArray, factor: float, *, combed: bool = False
+) -> FloatArray:
+    """Adds up(parent - down(child)), limited: shrunk, the finer picture stays the one that was there.
+
+    If `combed`, along hairs, which the coarser picture's pixels would bead.
+    """
     h, w = alpha.shape
     size = (max(round(w / factor), 1), max(round(h / factor), 1))
     # Around the body's outline the coarser picture is a mixture: only what lies beyond it counts.
-    k = np.ones((int(1.5 * factor) | 1,) * 2, np.uint8)
+    k = np.ones((int((3.0 if combed else 1.5) * factor) | 1,) * 2, np.uint8)
     inside = cv2.erode((alpha > _OPAQUE).astype(np.float32), k, borderValue=1)
     outside = cv2.erode((alpha < 0.02).astype(np.float32), k, borderValue=1)
+    lines = _lines(picture, 0.5 * factor) if combed else None
     off = np.abs(base - picture)[inside > 0.5]
     # Where weather has changed the body, the parent's picture is right and what is marched here is not.
     trust = max(1.0, 2.0 * float(np.percentile(off, 90)) / _BAND_LIMITS[0]) if len(off) else 1.0
     for limit in _BAND_LIMITS:
         low = _pulled(base - picture, inside, alpha, size, limit * trust, trust > 1)
+        low = _along(low, lines, _HAIR * factor) if lines is not None else low
         low += _pulled(base - picture, outside, 1 - alpha, size, limit, False)
         picture = np.clip(picture + low, 0, 1).astype(np.float32)
     return picture
+
+
+def _lines(picture: FloatArray, sigma_px: float) -> FloatArray:
+    """Returns the unit direction (h, w, 2) along which a picture changes least around each pixel.
+
+    The structure tensor's smaller eigenvector (Bigun and Granlund 1987).
+    """
+    luma = cv2.GaussianBlur(picture.mean(2), (0, 0), 1.0)
+    x, y = cv2.Sobel(luma, cv2.CV_32F, 1, 0), cv2.Sobel(luma, cv2.CV_32F, 0, 1)
+    xx, xy, yy = (cv2.GaussianBlur(v, (0, 0), sigma_px) for v in (x * x, x * y, y * y))
+    angle = 0.5 * np.arctan2(2 * xy, xx - yy) + np.float32(np.pi / 2)
+    return np.asarray(np.dstack([np.cos(angle), np.sin(angle)]), np.float32)
+
+
+def _along(field: FloatArray, lines: FloatArray, reach_px: float) -> FloatArray:
+    """Returns the mean of a field (h, w, c) along its pixels' lines, weighed to either side by a tent."""
+    h, w = field.shape[:2]
+    y, x = np.mgrid[0:h, 0:w].astype(np.float32)
+    steps = np.linspace(-1, 1, 9)[1:-1]
+    total = np.zeros_like(field)
+    for step in steps:
+        way = np.float32(step * reach_px)
+        at = (x + way * lines[..., 0], y + way * lines[..., 1])
+        seen = cv2.remap(field, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        total += np.float32(1 - abs(step)) * seen
+    return np.asarray(total / np.float32((1 - np.abs(steps)).sum()), np.float32)
 
 
 def _pulled(

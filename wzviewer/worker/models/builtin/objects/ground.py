@@ -9,7 +9,7 @@ import numpy as np
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.models.builtin.objects import composite, placement
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
-from wzviewer.worker.models.builtin.objects.render import BAND, Scene, parallel
+from wzviewer.worker.models.builtin.objects.rays import BAND, Scene, parallel
 from wzviewer.worker.models.builtin.objects.shading import Setting
 
 _SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more

@@ -26,7 +26,8 @@ from wzviewer.worker.models.builtin.objects.peeling import Studio, dismantled
 from wzviewer.worker.models.builtin.objects.placed import EditResult, Placement, held, merged, shifted
 from wzviewer.worker.models.builtin.objects.placement import Plane, Support
 from wzviewer.worker.models.builtin.objects.pose import Pose
-from wzviewer.worker.models.builtin.objects.render import Layer, Scene, render
+from wzviewer.worker.models.builtin.objects.rays import Scene
+from wzviewer.worker.models.builtin.objects.render import Layer, render
 from wzviewer.worker.models.builtin.objects.shading import Setting
 from wzviewer.worker.models.builtin.objects.substances import recast
 from wzviewer.worker.models.builtin.objects.surfaces import beyond, on_front

@@ -46,7 +46,7 @@ from wzviewer.worker.models.builtin.objects.terms import (
     tint,
 )
 
-KERNELS = "e9d3e202"  # digest of the files whose functions are compiled in; a test holds it
+KERNELS = "f1f1f56e"  # digest of the files whose functions are compiled in; a test holds it
 PLAIN, ELYTRA, PRONOTUM, EYE, CHITIN, HAIR, WING, STRIAE, PLASTIC, STONE, WATER = range(11)
 FUR, FISH, HIDE, PLUMES, VANE, FIN, MEMBRANE, PETAL, LEAF, CAP, GILLS, FIBRE, WOOD = range(11, 24)
 FLORETS, MOSS, SHELL, METAL, RUST, CRYSTAL = range(24, 30)

@@ -16,7 +16,8 @@ from wzviewer.worker.models.builtin.objects.composite import Finish
 from wzviewer.worker.models.builtin.objects.march import CLOSE_PX
 from wzviewer.worker.models.builtin.objects.parts import LEAST, Depths, Flanks, Pane, Part, parts_of
 from wzviewer.worker.models.builtin.objects.pose import Pose
-from wzviewer.worker.models.builtin.objects.render import Layer, Scene, march_all, shade_points, shoot
+from wzviewer.worker.models.builtin.objects.rays import Scene, march_all, shade_points, shoot
+from wzviewer.worker.models.builtin.objects.render import Layer
 from wzviewer.worker.models.builtin.objects.shading import Setting
 from wzviewer.worker.models.builtin.objects.thin import LIMB, WING
 

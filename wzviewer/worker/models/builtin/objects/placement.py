@@ -13,7 +13,8 @@ import numpy as np
 from wzviewer.core.types import BoolArray, DoubleArray, FloatArray
 from wzviewer.worker.models.builtin.objects.bodies import Body
 from wzviewer.worker.models.builtin.objects.pose import Pose
-from wzviewer.worker.models.builtin.objects.render import Scene, render_mask
+from wzviewer.worker.models.builtin.objects.rays import Scene
+from wzviewer.worker.models.builtin.objects.render import render_mask
 
 MARGIN = 0.08  # an object's bounding box stays this far inside the frame
 _PROBE = 168

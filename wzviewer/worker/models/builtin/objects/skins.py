@@ -37,7 +37,8 @@ def fur(
 ) -> None:
     """Hair or soft plumage that lies along the part: tufts, strands, single hairs.
 
-    Free: 17 how long a strand is for its width, 18 contrast, 19 stripes, 20 their wavelength.
+    Free: 17 how long a strand is for its width, 18 contrast, 19 stripes, 20 their wavelength, 21 to 23
+    see `coats`.
     """
     a, b, c = local(P, i, x, y, z)
     if P[i, 0] == CONE:
@@ -51,6 +52,13 @@ def fur(
         )
         band = smoothstep(-0.05, 0.45, sin(2.0 * pi * turn) + 0.5 * noise3(x * 90.0, y * 30.0, z * 90.0))
         tint(out, M, m, M[m, 19] * band)
+    if M[m, 21] > 0.0:  # its hairs are drawn one by one: this is the skin that they take their colour from
+        out[ROUGH] = 1.0
+        gain(
+            out,
+            1.0 + 0.10 * noise3(x * 14.0, y * 14.0, z * 14.0) + 0.06 * noise3(x * 60.0, y * 60.0, z * 60.0),
+        )
+        return
     sway = 0.9 * noise3(x * 9.0, y * 9.0, z * 9.0)
     lam *= 4.0
     tone, weight = 1.0, 0.5

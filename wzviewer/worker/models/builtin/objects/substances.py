@@ -6,6 +6,7 @@ import numpy as np
 
 from wzviewer.core.types import DoubleArray
 from wzviewer.worker.models.builtin.objects.bodies import Body, Tint, Vector, linear, shaded
+from wzviewer.worker.models.builtin.objects.coats import LENGTH
 from wzviewer.worker.models.builtin.objects.patterns import (
     METAL,
     MOSS,
@@ -55,6 +56,7 @@ def _metal(materials: DoubleArray, color: Vector) -> DoubleArray:
     out = materials.copy()
     out[:, 1:4], out[:, 4:7] = color, shaded(color, 0.55)
     out[:, 7], out[:, 8], out[:, 10], out[:, 12:15] = 0.30, 1.0, 0.05, 0.0
+    out[:, LENGTH] = 0.0
     out[:, MARKS] = 0.0
     out[:, SHEET] = 0.0
     plain = np.isin(out[:, 0], (0, 5))
