@@ -106,6 +106,16 @@ def test_a_step_snaps_to_the_new_image_and_stays_two_plateaus(step_px):
     assert wrong.sum() < 0.35 * wrong_before.sum()  # the outline is the new image's; measured: 0.1
 
 
+def test_no_shreds_are_left_beside_a_large_step():
+    image, truth, _ = two_layers(200_000.0)
+    coarse = cv2.resize(truth, (W // 8, H // 8), interpolation=cv2.INTER_NEAREST)
+    target = cv2.resize(coarse, (W, H), interpolation=cv2.INTER_LINEAR)
+    got = register(image, target, np.zeros_like(truth), focal_px=400_000.0, relief_share=0).parallax
+    y, x = np.mgrid[:H, :W]
+    beside = np.hypot(x - 270, y - 180) > 96
+    assert np.abs(got - truth)[beside].max() < 60  # px; measured: 21, and 199000 with a blur over the step
+
+
 def test_a_grazing_slope_is_no_step():
     slope = np.repeat((10 * np.arange(180, dtype=np.float32))[:, None] * 4, 272, 1)
     assert not step_mask(slope, 4.0, FOCAL).any()

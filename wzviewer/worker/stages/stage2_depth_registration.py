@@ -279,12 +279,14 @@ def _base(
     h, w = target.shape
     known = np.isfinite(target)
     filled = target if known.all() else _fill_holes(target, known, guess.astype(np.float32), w)
-    band = cv2.dilate(work.step.astype(np.uint8), np.ones((3, 3), np.uint8))
+    band = cv2.dilate(work.step.astype(np.uint8), np.ones((5, 5), np.uint8))
     band = cv2.resize(band, (w, h), interpolation=cv2.INTER_NEAREST) > 0
-    filled = np.where(band, filled, _unblocked(filled))
+    least = np.float32(max(STEP_PX, STEP_SLOPE * SNAP_RADIUS_PX))
+    soft = _unblocked(filled)
+    # beyond the band the blur still reaches over the step: a shred between the two sides
+    filled = np.where(band | (np.abs(soft - filled) > least), filled, soft)
     if not band.any():
         return filled
-    least = np.float32(max(STEP_PX, STEP_SLOPE * SNAP_RADIUS_PX))
     lab = cv2.cvtColor((np.clip(image, 0, 1) * 255).astype(np.uint8), cv2.COLOR_RGB2LAB).astype(np.float32)
     slack = float(np.clip(FAR_SHARE * (focal_px + filled.min()), 1e-3, least))
     jump = np.where(band, least, np.float32(np.inf))

@@ -16,6 +16,7 @@ from wzviewer.core.types import FloatArray
 
 WIDE_FOCAL_RATIO = 4.0  # focal length / long side below which perspective matters inside the image
 NEAREST_DEPTH = 0.02  # relative to the anchor; nothing is nearer to a camera
+NEAR_FOCAL_RATIO = 32.0  # the same below which surfaces have the errors of the photograph's depth
 DEEP_NOISE_PX = 2.0  # smallest step between two surfaces where depth noise is not relative
 
 
@@ -41,6 +42,11 @@ class DepthAxis:
     def wide(self) -> bool:
         """True where the field of view is that of a photograph: depth errors are relative."""
         return self.focal_px < WIDE_FOCAL_RATIO * self.base_px
+
+    @property
+    def photographed(self) -> bool:
+        """True where most surfaces are still those of the photograph, with the errors of its depth."""
+        return self.focal_px < NEAR_FOCAL_RATIO * self.base_px
 
     def shift_of(self, relief: FloatArray) -> FloatArray:
         """Maps relief (...,) to shift (...,), both native px."""
@@ -73,6 +79,10 @@ class DepthAxis:
         """
         if self.wide:
             return (fraction * (shift + np.float32(self.focal_px))).astype(np.float32)
+        if self.photographed:
+            squeezed = np.exp(np.abs(shift) / np.float32(self.base_px))
+            depth = np.maximum(self.focal_px + self.relief_of(shift), NEAREST_DEPTH * self.focal_px)
+            return np.maximum(fraction * depth / squeezed, DEEP_NOISE_PX).astype(np.float32)
         return np.full_like(shift, DEEP_NOISE_PX)
 
     def behind(self, relief: FloatArray, fraction: float) -> FloatArray:

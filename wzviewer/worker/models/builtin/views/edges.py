@@ -7,6 +7,7 @@ camera moves.  Four passes mend it; all of them leave a map without steps bit-id
 
 import cv2
 import numpy as np
+from numba import njit, prange
 
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
@@ -20,7 +21,10 @@ RELATIVE_STEP = 0.04
 RELATIVE_FRINGE_STEP = 0.08
 WEAK_SHARE = 0.5  # of the steepness of a step: a slope that may belong to one
 SURE_SHARE, SURE_PIXELS = 0.2, 24  # of a slope, at least, that is steep for sure, to make all of it a step
+EVEN_RADIUS_PX = 12  # native px over which a step that is none becomes a slope
+EVEN_STEP = 0.06  # relative depth of the largest of these
 SNAP_RADIUS_PX = 4
+COARSE_RADIUS_PX, COARSE_FRINGE_PX = 8, 6  # at deep levels: their picture is as soft as the level before
 CONTRAST = 0.14  # colour distance of the two sides above which colour decides
 FRINGE_PX = 2
 MIXED_SHARE = 0.12  # share of the near colour from which on a pixel belongs to the near side
@@ -41,9 +45,58 @@ def clean_edges(shift: FloatArray, image: FloatArray, axis: DepthAxis, gain: flo
     sharp = whole_steps(shift, axis, gain)
     if not has_steps(sharp, axis, gain):
         return shift
-    snapped, mixed, clear = snap_to_colour(sharp, image, axis, gain)
-    fringe = widen_near_side(snapped, axis, gain, ~clear)
-    return widen_near_side(fringe, axis, gain, clear & mixed, FRINGE_PX)
+    radius, fringe = (SNAP_RADIUS_PX, FRINGE_PX) if axis.wide else (COARSE_RADIUS_PX, COARSE_FRINGE_PX)
+    snapped, mixed, clear = snap_to_colour(sharp, image, axis, gain, radius)
+    wider = widen_near_side(snapped, axis, gain, ~clear)
+    return widen_near_side(wider, axis, gain, clear & mixed, fringe)
+
+
+def even_small_steps(relief: FloatArray, axis: DepthAxis, gain: float) -> FloatArray:
+    """Makes slopes of the steps that are no larger than the errors of the photograph's depth.
+
+    Beside the photograph's own pixels they are hardly seen; magnified they tear a surface into shreds.
+
+    Args:
+        relief: (h, w) float32, native px.
+        axis: the depth coordinate.
+        gain: tan of the largest orbit angle.
+
+    Returns:
+        (h, w) float32: the relief, changed only near such steps, and only while depth errors count.
+    """
+    if not axis.photographed:
+        return relief
+    noise = np.float32(EVEN_STEP) * (relief + np.float32(axis.focal_px))
+    apart = _jumps(relief)
+    small = (apart > STEP_PX / gain) & (apart <= noise)
+    return _evened(relief, dilated(small, EVEN_RADIUS_PX), noise, EVEN_RADIUS_PX) if small.any() else relief
+
+
+def _jumps(values: FloatArray) -> FloatArray:
+    """Returns the largest difference (h, w) to the next pixel to the right or below."""
+    jumps = np.zeros_like(values)
+    jumps[:, :-1] = np.abs(np.diff(values, axis=1))
+    jumps[:-1] = np.maximum(jumps[:-1], np.abs(np.diff(values, axis=0)))
+    return jumps
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _evened(relief: FloatArray, where: BoolArray, noise: FloatArray, radius: int) -> FloatArray:
+    """Gives the marked pixels (h, w) the mean of those around that differ by no more than the noise."""
+    even = relief.copy()
+    for y in prange(relief.shape[0]):
+        for x in range(relief.shape[1]):
+            if not where[y, x]:
+                continue
+            own, limit = relief[y, x], noise[y, x]
+            total, count = 0.0, 0
+            for v in range(max(0, y - radius), min(relief.shape[0], y + radius + 1)):
+                for u in range(max(0, x - radius), min(relief.shape[1], x + radius + 1)):
+                    if abs(relief[v, u] - own) <= max(limit, noise[v, u]):
+                        total += relief[v, u] - own
+                        count += 1
+            even[y, x] = own + np.float32(total / count)
+    return even
 
 
 def has_steps(shift: FloatArray, axis: DepthAxis, gain: float) -> bool:
@@ -109,18 +162,17 @@ def whole_steps(shift: FloatArray, axis: DepthAxis, gain: float) -> FloatArray:
 
 
 def snap_to_colour(
-    shift: FloatArray, image: FloatArray, axis: DepthAxis, gain: float
+    shift: FloatArray, image: FloatArray, axis: DepthAxis, gain: float, radius: int = SNAP_RADIUS_PX
 ) -> tuple[FloatArray, BoolArray, BoolArray]:
     """Gives pixels beside a step to the side whose colour they have.
 
-    The colours of the two sides are local means of pixels 3 to 6 px inside either side; a pixel in
+    The colours of the two sides are local means of pixels a radius inside either side; a pixel in
     between is their mixture with a share alpha of the near one, the simplest matting model.
 
     Returns:
         The shift, where a pixel holds some of the near colour, and where the two colours differ
         enough to tell, each (h, w).
     """
-    radius = SNAP_RADIUS_PX
     far, near = _extremes(shift, 2 * radius + 5)
     limit = np.maximum(FRINGE_STEP_PX / gain, axis.step_of(far, RELATIVE_FRINGE_STEP))
     # A slope without a step has no sides: colour would tear it where it is steep.
@@ -128,23 +180,29 @@ def snap_to_colour(
     is_near = band & (shift > 0.5 * (near + far))
     near_core = is_near & ~dilated(band & ~is_near, radius - 1)
     far_core = band & ~is_near & ~dilated(is_near, radius - 1)
-    near_mean, near_weight = _side_mean(image, shift, near_core)
-    far_mean, far_weight = _side_mean(image, shift, far_core)
+    near_mean, near_weight = _side_mean(image, shift, near_core, radius)
+    far_mean, far_weight = _side_mean(image, shift, far_core, radius)
     share, sure = _mixture_share(image, near_mean[..., :3], far_mean[..., :3])
     sure &= (near_weight > 0.02) & (far_weight > 0.02)
     undecided = band & ~near_core & ~far_core & sure
     score = np.where(undecided, share, is_near.astype(np.float32)).astype(np.float32)
-    wins_near = cv2.blur(score, (3, 3)) > 0.5
+    even = (radius - 1, radius - 1)
+    wins_near = cv2.blur(score, even) > 0.5
     moved = undecided & (wins_near != is_near)
     side = np.where(wins_near, near_mean[..., 3], far_mean[..., 3])
-    return np.where(moved, side, shift).astype(np.float32), share > MIXED_SHARE, sure
+    mixed = share > MIXED_SHARE
+    if not axis.wide:  # beside an edge a magnified picture may be brighter than both
+        mixed = cv2.blur(_unlike(image, near_mean[..., :3], far_mean[..., :3]), even) > MIXED_SHARE
+    return np.where(moved, side, shift).astype(np.float32), np.asarray(mixed), sure
 
 
-def _side_mean(image: FloatArray, shift: FloatArray, core: BoolArray) -> tuple[FloatArray, FloatArray]:
+def _side_mean(
+    image: FloatArray, shift: FloatArray, core: BoolArray, radius: int
+) -> tuple[FloatArray, FloatArray]:
     """Returns the local mean of (r, g, b, shift) over a core, (h, w, 4), and its weight (h, w)."""
     weight = core.astype(np.float32)
     values = np.dstack([image, shift, np.ones_like(shift)]) * weight[..., None]
-    sums = np.dstack([blur(np.ascontiguousarray(values[..., i]), SNAP_RADIUS_PX) for i in range(5)])
+    sums = np.dstack([blur(np.ascontiguousarray(values[..., i]), radius) for i in range(5)])
     return (sums[..., :4] / np.maximum(sums[..., 4:], 1e-6)).astype(np.float32), sums[..., 4]
 
 
@@ -156,6 +214,12 @@ def _mixture_share(
     contrast = np.sqrt((axis_color**2).sum(-1))
     share = ((image - far_color) * axis_color).sum(-1) / np.maximum(contrast**2, 1e-6)
     return np.clip(share, 0, 1).astype(np.float32), contrast > CONTRAST
+
+
+def _unlike(image: FloatArray, near_color: FloatArray, far_color: FloatArray) -> FloatArray:
+    """Returns how much each pixel (h, w) differs from the far colour, over what the near one does."""
+    away, whole = (np.sqrt(((c - far_color) ** 2).sum(-1)) for c in (image, near_color))
+    return np.asarray(away / np.maximum(whole, 1e-3), np.float32)
 
 
 def widen_near_side(

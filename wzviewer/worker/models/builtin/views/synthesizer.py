@@ -10,7 +10,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.backdrop import backdrop
-from wzviewer.worker.models.builtin.views.edges import clean_edges, has_steps
+from wzviewer.worker.models.builtin.views.edges import clean_edges, even_small_steps, has_steps
 from wzviewer.worker.models.builtin.views.hidden_sky import calm_sky, sky_field
 from wzviewer.worker.models.builtin.views.layers import (
     BEHIND,
@@ -95,6 +95,8 @@ class ViewSynthesizer:
         axis = DepthAxis.of(camera)
         gain = float(np.tan(np.deg2rad(angle_deg)))
         seed = self.seed if seed is None else seed
+        if not outside:  # at level 0 they hardly show, and layers are made for what does
+            relief = even_small_steps(relief, axis, gain)
         shift = axis.shift_of(relief)
         clean = clean_edges(shift, image, axis, gain)
         stepped = has_steps(clean, axis, gain)
@@ -257,4 +259,5 @@ def warm_up() -> None:
     relief = np.full((size, size), 60.0, np.float32)
     relief[30:60, 30:60] = -40.0
     camera = Camera.initial(size, size, 100.0)
-    ViewSynthesizer().complete(np.ascontiguousarray(image), relief, None, camera, outside=True)
+    for view in (camera, camera.zoomed_to_region(0.5, 0.5, 8.0)):
+        ViewSynthesizer().complete(np.ascontiguousarray(image), relief, None, view, outside=view is camera)
