@@ -1,5 +1,7 @@
 """The parts of the detail synthesis: sharpening, consistency, amplitude, tiles and grain."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from wzviewer.worker.models.builtin.detail.amplitude import (
     lawful_sigma,
     light_gain,
     regional_sigma,
+    shade_ceiling,
     tone_damping,
     woods,
 )
@@ -159,13 +162,30 @@ def test_a_noisy_sky_shows_its_own_noise_and_leaves_that_of_the_calmest_place():
     sky = Region(0.5, 70, 0, -20, 1, 1, 1, 0.5, 0.2, 0.9, calm=0.8)
     leaf = Region(0.3, 40, 0, 0, 9, 9, 9, 0.5, 0.7, 0, calm=5)
     wall = Region(0.2, 70, 0, 0, 0.5, 0.5, 0.5, 0.5, 0.5, 0, calm=0.4)
-    context = Context(np.zeros((4, 4), np.uint8), ("sky", "foliage", "smooth"), (sky, leaf, wall), "")
-    assert grain_rms(context).tolist() == pytest.approx([1.6, 0.8, 0.8])
+    context = Context(np.zeros((720, 1088), np.uint8), ("sky", "foliage", "smooth"), (sky, leaf, wall), "")
+    assert grain_rms(context).tolist() == pytest.approx([1.2, 0.8, 0.8])  # the rest of it are clouds
+    small = replace(context, labels=np.zeros((180, 272), np.uint8))
+    assert grain_rms(small).tolist() == pytest.approx([2.4, 1.6, 1.6])  # shrunk, its noise is half gone
+
+
+def test_grain_is_fine_with_clumps_and_less_in_the_lights():
     grain = film_grain(np.full((200, 200), 100, np.float32), (1, 2))
     assert grain.std() == pytest.approx(1, abs=1e-3)
-    assert np.corrcoef(grain[:, 1:].ravel(), grain[:, :-1].ravel())[0, 1] > 0.5  # measured 0.68
+    alike = [np.corrcoef(grain[:, k:].ravel(), grain[:, :-k].ravel())[0, 1] for k in (1, 3)]
+    assert 0.45 < alike[0] < 0.65  # measured 0.56
+    assert 0.1 < alike[1] < 0.25  # measured 0.17
     light = film_grain(np.full((200, 200), 225, np.float32), (1, 2))
     assert light.std() < 0.6  # measured 0.50
+
+
+def test_deep_shade_is_quiet_and_a_lifted_black_is_black():
+    light = np.repeat(np.float32([[30, 36, 62, 95]]), 30, 1).repeat(60, 0)
+    quiet = shade_ceiling(light)[30, 15::30]
+    assert quiet[0] == pytest.approx(1, abs=0.1)
+    assert 2 < quiet[1] < 5  # measured 3.3
+    assert quiet[2] > 20  # measured 24.0
+    np.testing.assert_allclose(shade_ceiling(light - 30)[30, 15::30], quiet, rtol=1e-4)
+    assert shade_ceiling(np.full((60, 60), 180, np.float32)).min() > 60  # a bright crop holds no black
 
 
 def test_detail_multiplies_light_and_never_falls_below_black():

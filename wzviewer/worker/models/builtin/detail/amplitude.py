@@ -48,6 +48,12 @@ SHADE_GAIN, MOST_IN_SHADE = 2.0, 0.5
 """Beyond the photograph a shadow has more contrast for its light, up to a share of it, or it is black."""
 GLOW = 6.0
 """More of it in what is nearly black, in grey levels: there the forms shine on a black ground."""
+BLACK_PERCENTILE, MOST_BLACK = 1.0, 48.0
+"""Of the luma, and at most so many grey levels: what a photograph shows as black, for haze or for film."""
+MOST_OF_LIGHT, DIM, LEFT_IN_BLACK, SHADE_PX = 0.9, 8.0, 1.0, 1.5
+"""Detail, at most, as a share of the light above the black, less where that is dim; and in the black itself.
+
+In a wood whose black is 30 the finest octaves measure 2.6 grey levels at 36, 6 at 48, 16 at 62, 22 at 95."""
 PROMPTED_FLOOR = 0.05
 """Least contrast, as a share of the luminance, where a prompt names the material."""
 
@@ -172,6 +178,19 @@ def light_gain(plane: FloatArray) -> FloatArray:
     return gain.clip(0.5, 1.6)
 
 
+def shade_ceiling(plane: FloatArray) -> FloatArray:
+    """Returns ``(h, w)``: the most detail in grey levels that what is this dark shows in a photograph.
+
+    Where no light falls nothing has contrast, however leafy its region is: deep shade is quiet.
+
+    Args:
+        plane: ``(h, w)`` luma of the observation in grey levels.
+    """
+    black = min(float(np.percentile(plane, BLACK_PERCENTILE)), MOST_BLACK)
+    light = np.maximum(blurred(plane, SHADE_PX) - np.float32(black), 0)
+    return np.float32(MOST_OF_LIGHT) * light * light / (light + np.float32(DIM)) + np.float32(LEFT_IN_BLACK)
+
+
 def glossy(plane: FloatArray) -> FloatArray:
     """Returns ``(h, w)`` in 0..1: where something dark glitters, an eye or a wet nose amid fur.
 
@@ -237,7 +256,8 @@ def sigma_map(
     sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)
     if truthful:
         sigma *= np.where(regional > 0, light_gain(plane), np.float32(1))
-        return np.float32(PHOTOGRAPHED_GAIN) * sigma * tone_damping(plane) * edge_damping(plane)
+        sigma *= np.float32(PHOTOGRAPHED_GAIN) * tone_damping(plane) * edge_damping(plane)
+        return np.minimum(sigma, shade_ceiling(plane))
     glow = np.float32(GLOW) * (1 - ramp(plane, 8, 25))
     shade = np.float32(MOST_IN_SHADE) * plane + np.float32(0.8) + glow
     return np.minimum(sigma * bright_damping(plane) * edge_damping(plane), shade)

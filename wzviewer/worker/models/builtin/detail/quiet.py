@@ -12,11 +12,11 @@ from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.amplitude import NATURAL
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.measures import blurred, luma
-from wzviewer.worker.models.builtin.detail.overlay import calmest, grain_rms
+from wzviewer.worker.models.builtin.detail.overlay import GRAIN_GAIN, calmest
 
 MOST_CALM = 1.2
 """RMS of the finest octave in the calmest region, in grey levels: more is strokes or stones, not noise."""
-LEAST_NOISE_RMS, NOISE_GAIN = 0.4, 1.2
+LEAST_NOISE_RMS, MOST_NOISE_RMS, NOISE_GAIN = 0.4, 1.8, 1.2
 BLOTCH_RMS = 2.5
 """Of the colours, in grey levels: skies measure .5 to 1, and a dim one 2.4 to 4."""
 REACH_PX, NEAR_PX, PATCH_PX = 5, 3.0, 1.0
@@ -27,9 +27,10 @@ CHANNELS = np.array([0.6, 1.2, 0.6], np.float32)
 
 def noise_rms(context: Context) -> float:
     """Returns the noise of the photograph in grey levels, 0 if nothing in it is calm enough to tell."""
-    if not context.regions or calmest(context) > MOST_CALM:
+    calm = calmest(context)
+    if not context.regions or calm > MOST_CALM:
         return 0.0
-    return NOISE_GAIN * max(float(grain_rms(context).min()), LEAST_NOISE_RMS)
+    return NOISE_GAIN * min(max(GRAIN_GAIN * calm, LEAST_NOISE_RMS), MOST_NOISE_RMS)
 
 
 def without_noise(
