@@ -1,6 +1,7 @@
 """Stand-ins for the outside of the app: a worker that answers at once, small levels, no dialogs."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -88,6 +89,7 @@ class FakeClient:
     def __init__(self) -> None:
         self.calls: list[tuple[object, ...]] = []
         self.seeds: list[int] = []
+        self.beside: list[list[int]] = []
         self.cutouts: list[np.ndarray] = []
         self.refuses: set[str] = set()
         self.fails = False
@@ -124,8 +126,10 @@ class FakeClient:
         prompt: str = "",
         seed: int = 0,
         cutout: np.ndarray | None = None,
+        beside: Sequence[int] = (),
     ) -> int:
         self.calls.append(("synthesize", parent, prompt))
+        self.beside.append(list(beside))
         self.seeds.append(seed)
         self.cutouts += [] if cutout is None else [cutout]
         request_id = self._begin()

@@ -59,6 +59,14 @@ def test_the_next_camera_is_what_is_on_the_screen(services, state):
     assert near.job is None
 
 
+def test_the_worker_is_told_of_the_levels_that_a_new_one_will_lie_over(services, state):
+    for x, prompt in ((0.5, "a bird"), (0.57, "a butterfly")):
+        near = zoomed(state, 8.0, x)
+        state = settle(services, apply(services, near, [cmd.EditPrompt(prompt), cmd.Generate()]))
+    assert [level.parent for level in state.scene] == [None, 0, 0]
+    assert services.client.beside == [[], [1]]
+
+
 def test_not_close_enough_flies_closer_and_says_so(services, state):
     state = apply(services, state, [cmd.Generate()])
     assert state.job is None

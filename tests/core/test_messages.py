@@ -4,7 +4,7 @@ import pytest
 
 from wzviewer.core import messages as m
 
-SAMPLES = {int: 3, float: 0.5, str: "text", bool: True, m.Json: {"a": [1, 2.5]}}
+SAMPLES = {int: 3, float: 0.5, str: "text", bool: True, m.Json: {"a": [1, 2.5]}, m.Indices: [1, 4]}
 
 
 def sample(cls):
@@ -35,6 +35,13 @@ def test_fields_that_are_missing_unknown_or_mistyped_are_refused(cls):
 def test_bytes_that_are_no_message_are_refused(data):
     with pytest.raises(ValueError):  # noqa: PT011 - the wording is json's
         m.from_bytes(data)
+
+
+def test_indices_are_whole_numbers():
+    record = m.encode(sample(m.SynthesizeLevel))
+    for wrong in ([1.5], [True], ["1"], "12"):
+        with pytest.raises(ValueError, match="malformed"):
+            m.decode({**record, "beside": wrong})
 
 
 def test_an_unknown_type_is_refused():

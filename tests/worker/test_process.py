@@ -164,3 +164,16 @@ def test_a_cutout_travels_to_the_worker_and_becomes_a_level(session):
     assert level.notes["cutout"] is True
     session.client.synthesize(0, camera, "nothing", 4, np.zeros((40, 30, 4), np.uint8))
     assert session.wait_for(LevelDropped).bad_input
+
+
+def test_a_level_over_an_older_one_shows_it(session):
+    card = session.scene[-1]
+    assert card.notes["cutout"] is True
+    aside = session.scene[0].camera.zoomed_to_region(0.32, 0.7, 8.0)
+    session.client.synthesize(0, aside, "", 5, beside=[card.index])
+    level = session.wait_for(LevelFinished).level
+    shift = round(0.02 * 8 * 160)
+    before, after = card.image[:, shift:].astype(int), level.image[:, :-shift].astype(int)
+    there = (before[..., 0] > before[..., 1] + 80) & (before[..., 2] > before[..., 1] + 80)
+    assert there.mean() > 0.1  # measured .183
+    assert (np.abs(before - after).max(-1) < 30)[there].mean() > 0.95  # measured .999

@@ -18,6 +18,7 @@ from wzviewer.app.state import AppState, Goal, Job, StageNote, View
 from wzviewer.app.variants import can_vary, group_of, next_seed
 from wzviewer.app.viewing import fly_to
 from wzviewer.app.wishes import AGAIN_S, MAX_WAITING, Queue
+from wzviewer.core.beside import levels_beside
 from wzviewer.core.scene import Level, Scene
 from wzviewer.errors import WzError
 from wzviewer.worker import client as ev
@@ -178,8 +179,9 @@ def request(services: Services, state: AppState, goal: Goal, is_auto: bool = Fal
     is_last = plan.step <= STEP_MAX
     prompt, cutout = (goal.prompt, goal.cutout) if is_last else ("", None)
     seed = len(state.scene) if goal.like is None else next_seed(state.scene, goal.like)
+    beside = levels_beside(state.scene, plan.parent, plan.camera, prompt, cutout is not None)
     try:
-        request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed, cutout)
+        request_id = services.client.synthesize(plan.parent, plan.camera, prompt, seed, cutout, beside)
     except (WzError, OSError, RuntimeError) as error:
         return state.with_toast(str(error), "error")
     job = Job(request_id, "level", prompt, state.clock_s, is_auto=is_auto, parent=plan.parent, goal=goal)

@@ -46,8 +46,9 @@ class Client(Protocol):
         prompt: str = "",
         seed: int = 0,
         cutout: ByteArray | None = None,
+        beside: Sequence[int] = (),
     ) -> int:
-        """Asks for a further level, perhaps with a picture (h, w, 4) put into it."""
+        """Asks for a further level, perhaps with a picture (h, w, 4) put into it, over others beside it."""
         ...
 
     def cancel(self, grace_s: float = CANCEL_GRACE_S) -> None:

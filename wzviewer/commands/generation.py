@@ -8,6 +8,7 @@ import numpy as np
 
 from wzviewer.commands.progress import Progress
 from wzviewer.config import Generation, Zoom
+from wzviewer.core.beside import levels_beside
 from wzviewer.core.camera import Camera
 from wzviewer.core.photos import finer_photo, fit_photo, load_photo
 from wzviewer.core.scene import Scene
@@ -95,7 +96,8 @@ def run_plan(
             raise InputError(f"parent = {parent}", f"there are levels 0 to {len(scene) - 1} before this zoom")
         progress.begin(f"level {number}" + (f" ({zoom.prompt})" if zoom.prompt else ""))
         camera = camera_of_zoom(scene, parent, zoom)
-        request_id = client.synthesize(parent, camera, zoom.prompt, plan.seed + number)
+        beside = levels_beside(scene, parent, camera, zoom.prompt)
+        request_id = client.synthesize(parent, camera, zoom.prompt, plan.seed + number, beside=beside)
         _collect(client, scene, request_id, timings, progress)
     return scene, timings
 

@@ -9,6 +9,7 @@
     surfels ─ lift                g = {p, q, s, o, c, s_native}           (float32, level-local)
        │
     scene ─ foreground            the append-only log of levels E_0..E_n; what a view turns about
+       └─── beside                which levels a new one will lie over
        │
     reference   messages   files  render by definition / wire / disk
 """

@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any, ClassVar
 
 Json = dict[str, Any]
+Indices = list[int]
 MAX_MESSAGE_BYTES = 4 << 20
 CUTOUT = "cutout"  # array of a `SynthesizeLevel`
 
@@ -39,7 +40,7 @@ class ReconstructScene(Message):
 
 @dataclass(frozen=True)
 class SynthesizeLevel(Message):
-    """Make E_{i+1} (lines 10-32) seen by ``camera``, with the prompt U.
+    """Make E_{i+1} (lines 10-32) seen by ``camera``, with the prompt U, over the levels ``beside`` it.
 
     Arrays: perhaps ``cutout`` (h, w, 4) uint8 sRGB and alpha, put in; then the prompt is its name.
     """
@@ -51,6 +52,7 @@ class SynthesizeLevel(Message):
     camera: Json
     prompt: str = ""
     seed: int = 0
+    beside: Indices = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -227,6 +229,8 @@ def _matches(value: object, annotation: object) -> bool:
         return isinstance(value, int | float) and not isinstance(value, bool)
     if annotation is int:
         return isinstance(value, int) and not isinstance(value, bool)
+    if annotation == Indices:
+        return isinstance(value, list) and all(_matches(item, int) for item in value)
     return isinstance(value, dict if annotation == Json else annotation)  # type: ignore[arg-type]
 
 

@@ -13,7 +13,7 @@ Nothing of an older level changes when a child is appended: what Eq. 3 needs of 
 computed from their cameras (`modulation`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -244,13 +244,31 @@ def siblings_before(scene: Scene, index: int, parent: int) -> list[int]:
     finer: it would wipe out what was put there, as its picture holds nothing but the parent.  Every level is
     put into the order once, so that it stays an order, and the weights at a point sum to 1.
     """
-    order: list[int] = []  # first comes first
+    order = order_of(scene, parent)
+    return sorted(order[: order.index(index)])
+
+
+def order_of(scene: Scene, parent: int) -> list[int]:
+    """Visible children of a level, in the order in which they take their shares; see `siblings_before`."""
+    order: list[int] = []
     for sibling in scene.children(parent):
         level = scene[sibling]
         is_plain = not level.prompt and not level.notes.get("cutout")
-        finer = [i for i in order if is_plain and scene[i].frame.unit < FINER * level.frame.unit]
-        order.insert(order.index(finer[-1]) + 1 if finer else 0, sibling)
-    return sorted(order[: order.index(index)])
+        order.insert(num_before(scene, order, is_plain, level.frame.unit), sibling)
+    return order
+
+
+def num_before(scene: Scene, order: Sequence[int], is_plain: bool, unit: float) -> int:
+    """Returns how many siblings come before one that is added to them; see `siblings_before`.
+
+    Args:
+        scene: that they are in.
+        order: of the older siblings, what comes first first.
+        is_plain: whether nobody put anything into the new one.
+        unit: of its frame.
+    """
+    finer = [i for i in order if is_plain and scene[i].frame.unit < FINER * unit]
+    return order.index(finer[-1]) + 1 if finer else 0
 
 
 def modulation(scene: Scene, index: int) -> Modulation:

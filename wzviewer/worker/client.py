@@ -10,6 +10,7 @@ import multiprocessing
 import sys
 import time
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -178,6 +179,7 @@ class WorkerClient:
         prompt: str = "",
         seed: int = 0,
         cutout: ByteArray | None = None,
+        beside: Sequence[int] = (),
     ) -> int:
         """Asks for the level that ``camera`` sees inside level ``parent``; returns the request id.
 
@@ -187,9 +189,10 @@ class WorkerClient:
             prompt: U; with a cut-out, its name.
             seed: of every generator.
             cutout: (h, w, 4) uint8 sRGB and alpha, put into the picture instead of what U names.
+            beside: levels that the new one will lie over, from `core.beside.levels_beside`.
         """
         request_id = self._begin()
-        for index in self._path(parent):
+        for index in sorted({*self._path(parent), *beside}):
             if index not in self._known:
                 level = self._levels[index]
                 self._send(m.ReplayLevel(header_of(level)), replay_arrays(level))
@@ -197,7 +200,7 @@ class WorkerClient:
         index = len(self._levels)
         record = camera_to_json(camera)
         arrays = {} if cutout is None else {m.CUTOUT: cutout}
-        self._send(m.SynthesizeLevel(request_id, index, parent, record, prompt, seed), arrays)
+        self._send(m.SynthesizeLevel(request_id, index, parent, record, prompt, seed, list(beside)), arrays)
         return request_id
 
     def _send(self, message: m.Message, arrays: Arrays | None = None) -> None:

@@ -1,7 +1,7 @@
 """A level in the making, as it passes from stage to stage of `synthesis`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -78,16 +78,35 @@ def visible_parts(path: Sequence[Level], camera: Camera, blend: Blend = "transmi
 
 
 def _visible_part(path: Sequence[Level], position: int, camera: Camera, blend: Blend) -> LevelPart:
-    level = path[position]
+    return seen_part(path[position], path_modulation(path, position), camera, blend=blend)
+
+
+def seen_part(
+    level: Level,
+    modulation: Modulation,
+    camera: Camera,
+    finer: float = 1.0,
+    blend: Blend = "transmittance",
+) -> LevelPart:
+    """The surfels of a level that a camera sees, with their Eq. 3 weights for a blend.
+
+    Args:
+        level: of a scene.
+        modulation: of the level.
+        camera: the view.
+        finer: weights are those at so many times the camera's resolution.
+        blend: see `rasterize.render`.
+    """
     view = AnchoredView.expand(camera, level.frame)
-    surfels = level.surfels.take(surfels_in_view(level.surfels, view, camera))
-    modulation = path_modulation(path, position)
-    arrays = (surfels.means, surfels.native_scales, surfels.coverage)
+    near, surfels = surfels_in_view(level.surfels, view, camera), level.surfels
+    if finer != 1.0:
+        view, modulation = view.finer(finer), replace(modulation, cell_px=1.0 / finer)
+    arrays = (surfels.means[near], surfels.native_scales[near], surfels.coverage[near])
     weight = weights(*arrays, view, modulation, blend == "transmittance")
     keep = weight > WEIGHT_MIN
     frame = level.frame
     back = setback(level.camera)
-    return LevelPart(surfels.take(keep), frame.origin, frame.axes, frame.unit, weight[keep], back)
+    return LevelPart(surfels.take(near[keep]), frame.origin, frame.axes, frame.unit, weight[keep], back)
 
 
 def coverage_of(path: Sequence[Level], camera: Camera, frame: LevelFrame, means: FloatArray) -> FloatArray:

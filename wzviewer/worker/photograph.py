@@ -32,10 +32,10 @@ def with_photo(level: Level, photo: ByteArray | None) -> Level:
 def sharpened(seen: Observation) -> Observation:
     """Returns O with the photograph's pixels, where it is finer than the parent; else O itself.
 
-    A path with a prompt is left alone: what was inserted is not in the photograph.
+    A path with a prompt is left alone: what was inserted is not in the photograph, nor are siblings.
     """
     finer = _finer(seen.path)
-    if seen.is_extension or seen.extended_share > 0 or finer < FINER_MIN:
+    if seen.is_extension or seen.extended_share > 0 or seen.joined or finer < FINER_MIN:
         return seen
     step = seen.grid.width / seen.image.shape[1]
     whole = max(1, int(step / min(finer, step) + ROUND_UP))

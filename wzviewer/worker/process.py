@@ -142,9 +142,9 @@ class Worker:
             image, photo = np.asarray(arrays["image"]), arrays.get(PHOTO)
             return reconstruct_scene(image, message.seed, self._models, report, photo)
         camera = camera_from_json(message.camera)
-        path = self._path(message.parent)
+        path, beside = self._path(message.parent), [self._levels[index] for index in message.beside]
         request = (message.index, camera, message.prompt, message.seed)
-        return synthesize_level(path, *request, self._models, report, arrays.get(m.CUTOUT))
+        return synthesize_level(path, *request, self._models, report, arrays.get(m.CUTOUT), beside)
 
     def _path(self, index: int) -> list[Level]:
         chain = [self._levels[index]]

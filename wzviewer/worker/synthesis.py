@@ -85,6 +85,7 @@ def synthesize_level(
     models: Synthesizer,
     report: Report,
     cutout: ByteArray | None = None,
+    beside: Sequence[Level] = (),
 ) -> Level:
     """E_{i+1}: finer content inside level i, seen by ``camera`` (lines 10-32).
 
@@ -97,6 +98,8 @@ def synthesize_level(
         models: the backends.
         report: told about stages and revisions.
         cutout: (h, w, 4) uint8 sRGB and alpha, put in instead of what the prompt names; or None.
+        beside: what else it will lie over, from `core.beside.levels_beside`; with a level also those
+            between it and the parent.
 
     Returns:
         The finished level.
@@ -111,7 +114,7 @@ def synthesize_level(
 
     with clock.stage(1, "new scale image"):
         # lines 11, 12 and 20: O, S and the target depth
-        seen = sharpened(observe(path, camera, seed, report.check))
+        seen = sharpened(observe(path, camera, seed, report.check, beside))
         quick = preview_image(seen, models, seed)
         report.level(preview_level(quick, index, parent, prompt, seed))
         if edit:  # what was asked for is seen within a second, too

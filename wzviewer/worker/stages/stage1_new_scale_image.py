@@ -18,6 +18,7 @@ from wzviewer.core.camera import Camera
 from wzviewer.core.scene import Level
 from wzviewer.core.types import BoolArray, FloatArray
 from wzviewer.errors import WorkerError
+from wzviewer.worker.beside import Overlay, grown, overlay_of, parts_among, split
 from wzviewer.worker.draft import Draft, visible_parts
 from wzviewer.worker.levels import context_of
 from wzviewer.worker.metres import metres_of
@@ -25,11 +26,12 @@ from wzviewer.worker.models.base import Synthesizer
 from wzviewer.worker.models.builtin.detail.consistency import brought_near, consistency_db
 from wzviewer.worker.models.builtin.detail.describe import Context
 from wzviewer.worker.models.builtin.detail.synthesizer import Detail
-from wzviewer.worker.models.builtin.objects.editor import Edit, EditResult, Placement, Support
+from wzviewer.worker.models.builtin.objects.editor import Edit, Support
 from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.extend import extended
 from wzviewer.worker.models.builtin.views.layers import Surface
 from wzviewer.worker.rasterize import LevelPart, render
+from wzviewer.worker.stages.stage1_drawn_again import drawn_again, with_objects
 from wzviewer.worker.stages.stage1_whole_pixels import cut, is_zoom, on_whole_pixels, whole_pixels
 
 MIN_SIDE_PX = 8  # of an observation
@@ -41,8 +43,7 @@ SPECK_PX, ISLAND_SHARE = 7, 0.3  # of the largest piece of what is known
 EMPTY_SHARE = 0.35  # of a pixel; between its surfels a surface lets through up to an eighth of what is behind
 SKY_RELIEF_SHARE = 0.5  # a point this close to the depth of the sky counts as sky
 
-BLURRED_PX = 1.5  # of the coarser level: around an object its depth is a mixture
-LEAST_GROUND = 0.01  # of a view: with less of it around an object nothing can be continued
+STEP_REACH_PX = 3  # beside an outline: there its step is found in the picture
 PARENT_DB = 42.5  # between a first zoom and its parent, which had the photograph's noise
 PLAIN_UP_TO = 2  # enlarged so little, a preview is what a network took two seconds for
 Check = Callable[[], None]
@@ -63,6 +64,8 @@ class Observation:
         grid: the camera of `image`: C_{i+1}, or for a zoom one that sees whole pixels of the parent.
         extended_share: share of O that no level showed and that was continued.
         coarse: O as the parent has it, where `image` is finer; else None.
+        joined: older siblings that O shows, too.
+        overlay: what older siblings show that are finer than O; it lies over I'.
     """
 
     path: Sequence[Level]
@@ -74,6 +77,8 @@ class Observation:
     grid: Camera
     extended_share: float = 0.0
     coarse: FloatArray | None = None
+    joined: tuple[Level, ...] = ()
+    overlay: Overlay | None = None
 
     @property
     def is_extension(self) -> bool:
@@ -81,7 +86,13 @@ class Observation:
         return self.camera.width < EXTENSION_FACTOR * self.relief.shape[1]
 
 
-def observe(path: Sequence[Level], camera: Camera, seed: int = 0, check: Check = lambda: None) -> Observation:
+def observe(
+    path: Sequence[Level],
+    camera: Camera,
+    seed: int = 0,
+    check: Check = lambda: None,
+    beside: Sequence[Level] = (),
+) -> Observation:
     """Renders O_{i+1} and the target depth (lines 12 and 20).
 
     Args:
@@ -89,6 +100,7 @@ def observe(path: Sequence[Level], camera: Camera, seed: int = 0, check: Check =
         camera: C_{i+1}.
         seed: of the continuation, where there is one.
         check: called now and then; raises to cancel.
+        beside: what the new level will lie over, see `worker.beside`.
 
     Raises:
         WorkerError: when next to nothing of the world is in view.
@@ -99,7 +111,10 @@ def observe(path: Sequence[Level], camera: Camera, seed: int = 0, check: Check =
     small = camera.resampled(size[0], size[1])
     anchor_depth = float(camera.to_camera(parent.frame.origin)[2])
     anchor = (anchor_depth, parent.frame.unit)
+    joined = _joined(beside, camera, small)
     parts = visible_parts(path, small)
+    if joined:
+        parts = [part for _, part in parts_among(path, joined, small, camera)]
     seen = render(parts, small, depth_anchor=anchor)
     relief = seen.relief.astype(np.float64)
     middle = _central_median(relief)
@@ -109,13 +124,29 @@ def observe(path: Sequence[Level], camera: Camera, seed: int = 0, check: Check =
     observation = Observation(path, camera, frame, image, own, _sky(path, relief, anchor), camera)
     sigma_px = PAD_SIGMA_PX if observation.is_extension else BACKDROP_SIGMA_PX
     continued = _continued(observation, _known(parts, small, seen.coverage, sigma_px), seed, check)
-    return _on_the_parents_pixels(continued, parts)
+    if not beside:
+        return _on_the_parents_pixels(continued, parts)
+    continued = replace(continued, joined=tuple(joined))
+    return _overlaid(_on_the_parents_pixels(continued, parts), beside)
+
+
+def _joined(beside: Sequence[Level], camera: Camera, small: Camera) -> list[Level]:
+    """Those siblings that O can show as they are: an extension is no finer than they are."""
+    is_extension = camera.width < EXTENSION_FACTOR * small.width
+    return list(beside) if is_extension else split(beside, camera)[0]
+
+
+def _overlaid(seen: Observation, beside: Sequence[Level]) -> Observation:
+    """Adds what siblings show that O is too coarse for."""
+    if seen.is_extension:
+        return seen
+    return replace(seen, overlay=overlay_of(seen.path, beside, seen.camera, seen.frame))
 
 
 def _on_the_parents_pixels(seen: Observation, parts: Sequence[LevelPart]) -> Observation:
     """Where there is detail to add to them: see `stage1_whole_pixels`."""
     parent = seen.path[-1].camera
-    if seen.is_extension or seen.extended_share > 0 or not is_zoom(seen.camera, parent):
+    if seen.is_extension or seen.extended_share > 0 or seen.joined or not is_zoom(seen.camera, parent):
         return seen
     grid, pixels = whole_pixels(seen.camera, parent)
     image = seen.image
@@ -209,7 +240,7 @@ def preview_image(seen: Observation, models: Synthesizer, seed: int) -> Draft:
     else:
         context, region = _context(seen)
         image = models.detail.preview(seen.image, width, height, context, region, seed, len(seen.path))
-    return _draft(seen, cut(image, seen.grid, seen.camera))
+    return _with_siblings(_draft(seen, cut(image, seen.grid, seen.camera)))
 
 
 def preview_edit(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: Check) -> Draft:
@@ -234,7 +265,22 @@ def upscale_image(seen: Observation, models: Synthesizer, seed: int, check: Chec
     own = models.detail.describe(detail.image, context, detail)
     extra = {"relief_texture": detail.relief_texture, "observation": seen}
     notes = {"consistency_db": float(detail.consistency_db)}
-    return replace(_draft(seen, detail.image), context=own, extra=extra, notes=notes)
+    return _with_siblings(replace(_draft(seen, detail.image), context=own, extra=extra, notes=notes))
+
+
+def _with_siblings(draft: Draft) -> Draft:
+    """Lays what siblings show over I'; what is clearly not the ground has its own depth."""
+    overlay = draft.extra["observation"].overlay
+    if overlay is None:
+        return draft
+    stands, image = overlay.standing(draft.relief), overlay.over(draft.image)
+    unshaded = np.where(grown(stands, STEP_REACH_PX)[..., None], image, draft.image)
+    extra = {**draft.extra, "bare": draft, "unshaded": unshaded}
+    if (texture := extra.get("relief_texture")) is not None:  # that of a picture which is not seen there
+        extra["relief_texture"] = texture * (1 - overlay.cover)
+    extra |= {"shown": np.fmin(overlay.relief, draft.relief), "stands": stands}
+    relief = np.where(stands, overlay.relief, draft.relief)
+    return replace(draft, image=image, relief=relief, sky=draft.sky & ~stands, extra=extra)
 
 
 def _as_the_parent_has_it(detail: Detail, seen: Observation) -> Detail:
@@ -264,10 +310,9 @@ def _resized(image: FloatArray, width: int, height: int) -> FloatArray:
 
 
 def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: Check) -> Draft:
-    """I = Edit(I', U) (lines 15-19); objects of coarser levels are drawn again, finer."""
+    """I = Edit(I', U) (lines 15-19); objects of coarser levels, and of siblings, are drawn again."""
     support = _support(draft)
-    for level in draft.path:
-        draft = _redrawn(draft, level, models, support, seed, check)
+    draft = drawn_again(draft, models, support, seed, check)
     if not edit:
         return draft
     shared = (edit, draft.image, support, seed)
@@ -275,8 +320,8 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     placements = [placement.to_dict() for placement in result.placements]
     if not edit.changes:  # an object's shadow, read as shading, would hollow out its ground
         unshaded = draft.image if draft.ground is None else draft.ground
-        draft = replace(draft, extra={**draft.extra, "unshaded": unshaded})
-    draft = _with_objects(draft, result)
+        draft = replace(draft, extra={"unshaded": unshaded, **draft.extra})
+    draft = with_objects(draft, result)
     notes = {**draft.notes, "placements": placements}
     if result.places:
         notes["places"] = list(result.places)
@@ -290,47 +335,8 @@ def _support(draft: Draft) -> Support:
     camera = draft.camera
     ray = ((camera.width / 2 - camera.cx) / camera.fx, (camera.height / 2 - camera.cy) / camera.fy)
     metres = metres_of(draft.path[0], camera, draft.frame, draft.relief, draft.sky)
-    return Support(draft.relief, camera.focal_px, *ray, sky=draft.sky, metres_per_px=metres)
-
-
-def _redrawn(
-    draft: Draft, level: Level, models: Synthesizer, support: Support, seed: int, check: Check
-) -> Draft:
-    records = level.notes.get("placements")
-    if not records:
-        return draft
-    placements = tuple(Placement.from_dict(record) for record in records)
-    mapping = _mapping(level.camera, draft.camera)
-    factor = draft.camera.focal_px / draft.path[-1].camera.focal_px
-    shared = (placements, mapping, draft.image, support, seed)
-    result = models.editor.continue_into(*shared, check=check, parent_factor=factor, ground=draft.ground)
-    if result is None:
-        return draft
-    return _with_objects(_behind(draft, result, factor), result)
-
-
-def _behind(draft: Draft, result: EditResult, factor: float) -> Draft:
-    """Forgets the depth that coarser levels show where they show objects that are drawn again."""
-    k = 2 * round(BLURRED_PX * factor) + 1
-    shown = cv2.dilate((result.alpha > 0).astype(np.uint8), np.ones((k, k), np.uint8)) > 0
-    relief = np.where(shown, np.float32(np.nan), draft.relief)
-    if np.isfinite(relief).mean() < LEAST_GROUND:
-        farthest = np.nanmax(draft.relief) if np.isfinite(draft.relief).any() else 0.0
-        relief = np.full_like(relief, farthest)
-    guessed = draft.extra.get("guessed", np.zeros_like(shown)) | shown
-    return replace(draft, relief=relief, extra={**draft.extra, "guessed": guessed})
-
-
-def _mapping(ancestor: Camera, camera: Camera) -> tuple[float, float, float]:
-    """(x0, y0, factor): this image's pixel is (ancestor's pixel - (x0, y0)) * factor."""
-    factor = camera.focal_px / ancestor.focal_px
-    return ancestor.cx - camera.cx / factor, ancestor.cy - camera.cy / factor, factor
-
-
-def _with_objects(draft: Draft, result: EditResult) -> Draft:
-    """Takes the edited image, with its objects apart from what they stand on."""
-    parts, flanks = (*draft.parts, *result.parts), (*draft.flanks, *result.flanks)
-    return replace(draft, image=result.image, ground=result.ground, parts=parts, flanks=flanks)
+    relief = draft.extra.get("shown", draft.relief)
+    return Support(relief, camera.focal_px, *ray, sky=draft.sky, metres_per_px=metres)
 
 
 def _context(seen: Observation) -> tuple[Context, tuple[float, float, float, float]]:
