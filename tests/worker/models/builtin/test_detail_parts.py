@@ -153,8 +153,8 @@ def test_leaves_in_the_light_have_more_contrast_than_in_the_gaps():
     plane[40:50, 40:50] = 120
     plane[40:50, 90:100] = 20
     gain = light_gain(plane)
-    assert gain[45, 45] > 1.3
-    assert gain[45, 95] < 0.6
+    assert gain[45, 45] > 1.4  # measured 1.5
+    assert gain[45, 95] < 0.35  # measured 0.2: the gap is as calm as the photograph has it
     assert gain[10, 10] == pytest.approx(1, abs=0.02)
 
 
@@ -172,8 +172,8 @@ def test_grain_is_fine_with_clumps_and_less_in_the_lights():
     grain = film_grain(np.full((200, 200), 100, np.float32), (1, 2))
     assert grain.std() == pytest.approx(1, abs=1e-3)
     alike = [np.corrcoef(grain[:, k:].ravel(), grain[:, :-k].ravel())[0, 1] for k in (1, 3)]
-    assert 0.45 < alike[0] < 0.65  # measured 0.56
-    assert 0.1 < alike[1] < 0.25  # measured 0.17
+    assert 0.37 < alike[0] < 0.6  # measured 0.47
+    assert 0.1 < alike[1] < 0.3  # measured 0.21
     light = film_grain(np.full((200, 200), 225, np.float32), (1, 2))
     assert light.std() < 0.6  # measured 0.50
 

@@ -23,9 +23,9 @@ from wzviewer.worker.models.builtin.detail.measures import (
 )
 
 LAW_GAIN = 1.3 * 1.43  # 1.0 matches the statistics of photographs, 1.3 looks better
-PHOTOGRAPHED_GAIN = 1.4
-"""On all detail of a first zoom: nearer to the truth in its gradients where that is textured (divergence of a
-castle's .26, .30, .16 -> .17, .14, .11), and no farther where it is soft (a panda's mean .06 -> .065)."""
+PHOTOGRAPHED_GAIN, GROWN_GAIN = 1.4, 0.85
+"""On all detail of a first zoom, which is nearer to the truth so in its gradients (divergence of a castle's
+.29, .32, .19 at 1.0, here .25, .23, .17), and on that of what grew: with more, leaves hid their trees."""
 NOISE_RMS = 0.6
 """What a clean photograph's noise and compression leave in its finest octave, in grey levels."""
 NATURAL = frozenset({"foliage", "rock", "sand", "fur", "straw", "bark"})
@@ -36,7 +36,9 @@ LEAST_IN_WOOD = 0.6
 """What remains of that where a wood looks lettered: light crowns in dark gaps are two tones, too."""
 WOOD_SPREAD = 1.5
 """Below this ratio of the octaves leaves are a texture, above it they are things with contours."""
-LIGHT_PX, LIGHT_BIAS = 7.0, 8.0  # the second in grey levels
+LIGHT_PX, CROWN_PX, LIGHT_BIAS = 7.0, 0.7, 8.0  # the last in grey levels
+LIGHT_POWER, LEAST_LIGHT_GAIN, MOST_LIGHT_GAIN = 3.0, 0.2, 1.5
+"""Of the ratio of a place's light to its surroundings': to the first power crowns drowned in their leaves."""
 FOCUS_NEAR_PX, FOCUS_WIDE_PX = 3.0, 12.0
 BLUNT, SHARP = 1.1, 1.45
 """The gradient at .7 px over that at 2 px, on contours: .7 to 1.1 out of focus, 1.4 to 2.6 in focus."""
@@ -169,13 +171,14 @@ def hems(natural: FloatArray, plane: FloatArray) -> FloatArray:
 
 
 def light_gain(plane: FloatArray) -> FloatArray:
-    """Returns ``(h, w)`` in 0.5..1.6: leaves in the light have more contrast than those in the gaps between.
+    """Returns ``(h, w)`` in 0.2..1.5: leaves in the light have more contrast than those in the gaps between.
 
-    Without it a wood is a carpet.
+    Without it a wood is a carpet: the forms that the photograph has are where its light is.
     """
     bias = np.float32(LIGHT_BIAS)
-    gain: FloatArray = (plane + bias) / (widely_blurred(plane, LIGHT_PX) + bias)
-    return gain.clip(0.5, 1.6)
+    ratio = (blurred(plane, CROWN_PX) + bias) / (widely_blurred(plane, LIGHT_PX) + bias)
+    gain: FloatArray = ratio ** np.float32(LIGHT_POWER)
+    return gain.clip(LEAST_LIGHT_GAIN, MOST_LIGHT_GAIN)
 
 
 def shade_ceiling(plane: FloatArray) -> FloatArray:
@@ -255,7 +258,7 @@ def sigma_map(
     texture = np.maximum(lawful_sigma(plane), regional * grown)
     sigma = np.minimum(np.sqrt(np.square(gain * texture) + np.square(floor_sigma)), ceiling)
     if truthful:
-        sigma *= np.where(regional > 0, light_gain(plane), np.float32(1))
+        sigma *= np.where(regional > 0, np.float32(GROWN_GAIN) * light_gain(plane), np.float32(1))
         sigma *= np.float32(PHOTOGRAPHED_GAIN) * tone_damping(plane) * edge_damping(plane)
         return np.minimum(sigma, shade_ceiling(plane))
     glow = np.float32(GLOW) * (1 - ramp(plane, 8, 25))

@@ -128,11 +128,11 @@ def film_grain(plane: FloatArray, seeds: tuple[int, ...]) -> FloatArray:
         seeds: of the noise.
     """
     rng = np.random.default_rng([*seeds, 7])
-    fine, clumps = (
-        _normalized(blurred(rng.standard_normal(plane.shape, np.float32), sigma))
-        for sigma in (GRAIN_PX, CLUMPS_PX)
-    )
-    grain = fine + np.float32(CLUMPED) * clumps
+    height, width = plane.shape
+    fine = blurred(rng.standard_normal(plane.shape, np.float32), GRAIN_PX)
+    half = rng.standard_normal((max(height // 2, 1), max(width // 2, 1)), np.float32)  # smooth enough for it
+    clumps = stretched(blurred(half, CLUMPS_PX / 2), width, height)
+    grain = _normalized(fine) + np.float32(CLUMPED) * _normalized(clumps)
     shares = np.interp(np.arange(256), *np.transpose(GRAIN_OF_TONES)).astype(np.float32)
     tones = np.clip(plane + np.float32(0.5), 0, 255).astype(np.uint8)
     return _normalized(grain) * cv2.LUT(tones, shares)
