@@ -93,8 +93,12 @@ class ImageEditor(Protocol):
         check: Check | None = None,
         *,
         ground: FloatArray | None = None,
+        older: FloatArray | None = None,
     ) -> EditResult:
-        """Returns the edited image and the geometry of what is new in it; `ground` has no older ones."""
+        """Returns the edited image and the geometry of what is new in it.
+
+        `ground` (h, w, 3) has no older objects; `older` (h, w) is what they cover of the image.
+        """
 
     def continue_into(
         self,

@@ -198,6 +198,17 @@ def _shown(result: EditResult, factor: float) -> BoolArray:
     return grown(result.alpha > 0, round(BLURRED_PX * factor))
 
 
+def covered_share(draft: Draft) -> FloatArray | None:
+    """Returns the coverage (h, w) by the objects of a draft; None if it has none."""
+    if not draft.parts:
+        return None
+    through = np.ones(draft.relief.shape, np.float32)
+    for part in draft.parts:
+        (x, y), (h, w) = part.offset_px, part.alpha.shape
+        through[y : y + h, x : x + w] *= 1 - part.alpha
+    return 1 - through
+
+
 @dataclass(frozen=True, eq=False)
 class _Hidden:
     """Finds what siblings do not show of their objects: there, their ground hides them.

@@ -31,7 +31,7 @@ from wzviewer.worker.models.builtin.views.axis import DepthAxis
 from wzviewer.worker.models.builtin.views.extend import extended
 from wzviewer.worker.models.builtin.views.layers import Surface
 from wzviewer.worker.rasterize import LevelPart, render
-from wzviewer.worker.stages.stage1_drawn_again import drawn_again, with_objects
+from wzviewer.worker.stages.stage1_drawn_again import covered_share, drawn_again, with_objects
 from wzviewer.worker.stages.stage1_whole_pixels import cut, is_zoom, on_whole_pixels, whole_pixels
 
 MIN_SIDE_PX = 8  # of an observation
@@ -316,7 +316,7 @@ def edit_image(draft: Draft, edit: Edit, models: Synthesizer, seed: int, check: 
     if not edit:
         return draft
     shared = (edit, draft.image, support, seed)
-    result = models.editor.apply(*shared, check=check, ground=draft.ground)
+    result = models.editor.apply(*shared, check=check, ground=draft.ground, older=covered_share(draft))
     placements = [placement.to_dict() for placement in result.placements]
     if not edit.changes:  # an object's shadow, read as shading, would hollow out its ground
         unshaded = draft.image if draft.ground is None else draft.ground

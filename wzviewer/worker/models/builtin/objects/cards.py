@@ -42,7 +42,7 @@ def insert_card(
     under = composite.shadowed(result.image, gain, light)
     bare = under
     if result.ground is not None:
-        bare = composite.shadowed(result.ground, past_others(gain, result.image, result.ground), light)
+        bare = composite.shadowed(result.ground, past_others(gain, result.others), light)
     harmony = composite.harmony_of(result.image, layer)
     picture, alpha = composite.composite(under, layer, finish, seed, harmony)
     pose = Pose(np.eye(3), width_px, (*centre, base))

@@ -69,6 +69,7 @@ class ObjectEditor:
         light: Light | None = None,
         ground: FloatArray | None = None,
         *,
+        older: FloatArray | None = None,
         apart: bool = True,
     ) -> EditResult:
         """Inserts the objects of an edit, one after the other, then changes the whole picture.
@@ -81,12 +82,13 @@ class ObjectEditor:
             check: called several times a second; what it raises stops the work.
             light: the photograph's light; read from `image` if None.
             ground: (h, w, 3) what is behind the objects that `image` shows already; None if it shows none.
+            older: (h, w) float32, coverage by those objects; None if it shows none.
             apart: whether to take the objects apart into `EditResult.parts`.
 
         Raises:
             whatever `check` raises.
         """
-        result = unchanged(image, ground)
+        result = replace(unchanged(image, ground), older=older)
         h, w = image.shape[0], image.shape[1]
         view = View.of(image, geometry)
         told: list[dict[str, object]] = []

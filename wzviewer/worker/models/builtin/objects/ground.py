@@ -14,7 +14,7 @@ from wzviewer.worker.models.builtin.objects.shading import Setting
 
 _SLIVER, _SPIKE = 0.16, 0.06  # of the width: so narrow, and out by more
 _NEAR = 0.4  # of a body's length: what is nearer than its ground by more is something else
-_THEIRS = 0.02  # sRGB: a pixel that differs by more shows an object
+_THEIRS = 0.05  # coverage: a pixel that has more of it shows an object
 _CLEAR_SHADOW, _SHADOW_IN_WATER = 0.8, 0.35
 _COARSE, _WIDE = 8, 3.0  # a soft shadow all round: px apart, farther by
 
@@ -74,17 +74,14 @@ def through_clear(gain: FloatArray) -> FloatArray:
     return 1 - _CLEAR_SHADOW * (1 - gain)
 
 
-def past_others(gain: FloatArray, image: FloatArray, bare: FloatArray) -> FloatArray:
+def past_others(gain: FloatArray, others: FloatArray) -> FloatArray:
     """Returns a gain (h, w) that leaves alone what older objects hide: the shadow lies on those.
 
     Args:
         gain: (h, w) of the picture.
-        image: (h, w, 3) sRGB with the older objects.
-        bare: (h, w, 3) sRGB without them.
+        others: (h, w) coverage by the older objects.
     """
-    theirs = (np.abs(image - bare).max(axis=2) > _THEIRS).astype(np.uint8)
-    closed = cv2.morphologyEx(theirs, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)) > 0
-    return np.where(closed, np.float32(1), gain)
+    return np.where(others > _THEIRS, np.float32(1), gain)
 
 
 def _ground_shadow(

@@ -125,7 +125,7 @@ def insert(
     studio, alpha = _painted(stand, scene, setting, layer, touch.depths, result.image, gain, seed, harmony)
     bare = studio.under
     if result.ground is not None:
-        bare = composite.shadowed(result.ground, past_others(gain, result.image, result.ground), placed.light)
+        bare = composite.shadowed(result.ground, past_others(gain, result.others), placed.light)
     parts, below, flanks = dismantled(studio, check) if apart else ((), studio.under, ())
     bare = bare + (below - studio.under)
     placed = replace(shifted(placed, touch.shift), chroma=harmony.chroma)

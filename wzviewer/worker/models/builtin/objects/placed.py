@@ -110,6 +110,7 @@ class EditResult:
         ground: (h, w, 3) float32 sRGB, the picture in the objects' shadow and without them.
         parts: of all objects, farther ones of each first.
         flanks: what the view does not see of them.
+        older: (h, w) float32, coverage by objects that the picture showed before; None for none.
     """
 
     image: FloatArray
@@ -122,6 +123,12 @@ class EditResult:
     ground: FloatArray | None = None
     parts: tuple[Part, ...] = ()
     flanks: tuple[Flanks, ...] = ()
+    older: FloatArray | None = None
+
+    @property
+    def others(self) -> FloatArray:
+        """Coverage (h, w) by all objects, older ones too."""
+        return self.alpha if self.older is None else np.maximum(self.alpha, self.older)
 
     @property
     def bare(self) -> FloatArray:
@@ -191,6 +198,7 @@ def merged(
         ground,
         (*result.parts, *dismantled[0]),
         (*result.flanks, *dismantled[1]),
+        result.older,
     )
 
 
