@@ -23,7 +23,7 @@ from wzviewer.worker.models.builtin.objects.rays import Scene
 from wzviewer.worker.models.builtin.objects.render import Layer, render
 
 _OPAQUE = 0.94  # a sheet of feather or wing covers .96 at most
-_HAIR = 1.5  # of a coarser pixel, to either side: so far along a hair its correction is evened out
+_HAIR = 3.0  # of a coarser pixel, to either side: so far along a hair its correction is evened out
 _BAND_LIMITS = (40 / 255, 20 / 255, 10 / 255)  # how far each step may pull back to the parent's picture
 
 
@@ -178,7 +178,7 @@ def _along(field: FloatArray, lines: FloatArray, reach_px: float) -> FloatArray:
     """Returns the mean of a field (h, w, c) along its pixels' lines, weighed to either side by a tent."""
     h, w = field.shape[:2]
     y, x = np.mgrid[0:h, 0:w].astype(np.float32)
-    steps = np.linspace(-1, 1, 9)[1:-1]
+    steps = np.linspace(-1, 1, 13)[1:-1]
     total = np.zeros_like(field)
     for step in steps:
         way = np.float32(step * reach_px)
