@@ -24,6 +24,7 @@ from wzviewer.worker.models.builtin.objects.render import Layer, render
 
 _OPAQUE = 0.94  # a sheet of feather or wing covers .96 at most
 _COMBED_LIMITS = (40 / 255, 20 / 255, 2 / 255)
+_BESIDE = 0.3  # of a pixel: a whisker covers so much more of it than of a neighbour
 _HAIR = 3.0  # of a coarser pixel, to either side: so far along a hair its correction is evened out
 _BAND_LIMITS = (40 / 255, 20 / 255, 10 / 255)  # how far each step may pull back to the parent's picture
 
@@ -68,7 +69,9 @@ def march_again(
         return composite.composite(clean, of, finish, seed, harmony)
 
     first, alpha = paint(layer)
-    picture = _toward_parent(first, result.image, alpha, parent_factor, combed=scene.furred)
+    picture = _toward_parent(
+        first, result.image, alpha, parent_factor, limbs=layer.limbs if scene.furred else None
+    )
     pulled = picture - first
 
     def paint_pulled(of: Layer) -> tuple[FloatArray, FloatArray]:
@@ -139,19 +142,29 @@ def _without_halo(image: FloatArray, alpha: FloatArray, reach_px: float) -> Floa
 
 
 def _toward_parent(
-    picture: FloatArray, base: FloatArray, alpha: FloatArray, factor: float, *, combed: bool = False
+    picture: FloatArray,
+    base: FloatArray,
+    alpha: FloatArray,
+    factor: float,
+    *,
+    limbs: FloatArray | None = None,
 ) -> FloatArray:
     """Adds up(parent - down(child)), limited: shrunk, the finer picture stays the one that was there.
 
-    If `combed`, along hairs, which the coarser picture's pixels would bead.
+    In fur, where `limbs` (h, w) tells what a whisker covers, along hairs, which the coarser picture's
+    pixels would bead; and not beside whiskers, whose own have bled into the coat there.
     """
     h, w = alpha.shape
     size = (max(round(w / factor), 1), max(round(h / factor), 1))
     # Around the body's outline the coarser picture is a mixture: only what lies beyond it counts.
-    k = np.ones((int((3.0 if combed else 1.5) * factor) | 1,) * 2, np.uint8)
+    k = np.ones((int((1.5 if limbs is None else 3.0) * factor) | 1,) * 2, np.uint8)
     inside = cv2.erode((alpha > _OPAQUE).astype(np.float32), k, borderValue=1)
     outside = cv2.erode((alpha < 0.02).astype(np.float32), k, borderValue=1)
+    combed = limbs is not None
     lines = _lines(picture, 0.5 * factor) if combed else None
+    if limbs is not None:
+        beside = cv2.dilate(limbs, k) - cv2.erode(limbs, k) > _BESIDE
+        inside = np.where(beside, np.float32(0), inside)
     off = np.abs(base - picture)[inside > 0.5]
     # Where weather has changed the body, the parent's picture is right and what is marched here is not.
     trust = max(1.0, 2.0 * float(np.percentile(off, 90)) / _BAND_LIMITS[0]) if len(off) else 1.0
