@@ -157,7 +157,7 @@ def _bird(
     pen = Pen(rng)
     down = pen.material(
         FUR, plumage.back, rough=0.72, wrap=0.35, sheen=0.25, wavelength=0.0058, relief=0.020,
-        free=(2.4, 0.12), marks=plumage.marks,
+        free=(2.4, 0.12, 0.0, 0.1, 0.036, 0.35, 4e-4), f0=0.015, marks=plumage.marks,
     )  # fmt: skip
     group = pen.group()
     axes, sloping, falling = (_pitched(angle) for angle in (30.0, 40.0, 62.0))  # as the plumage lies
@@ -186,8 +186,8 @@ def _bird(
     _head(pen, plumage, bill)
     _tail(pen, plumage)
     if flies:
-        return pen.body(tilt_deg=(38.0, 58.0), yaw_deg=28.0)
-    return pen.body(tilt_deg=(74.0, 84.0), yaw_deg=-16.0)
+        return pen.body(tilt_deg=(38.0, 58.0), yaw_deg=28.0, nose=(0.0, 0.40, 0.545))
+    return pen.body(tilt_deg=(74.0, 84.0), yaw_deg=-16.0, nose=(0.0, 0.40, 0.545))
 
 
 def _pitched(degrees: float) -> DoubleArray:

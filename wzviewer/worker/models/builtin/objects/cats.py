@@ -31,7 +31,7 @@ def cat(rng: np.random.Generator, tint: Tint) -> Body:
         f0=0.01,
         wavelength=0.0075,
         relief=0.040,
-        free=(9.0, 0.17, stripes, 0.115, 0.055, 0.42, 1.6e-4),
+        free=(9.0, 0.17, stripes, 0.115, 0.055, 0.42, 2.2e-4),
         marks=bib,
     )
     inner = pen.material(
@@ -43,7 +43,7 @@ def cat(rng: np.random.Generator, tint: Tint) -> Body:
         f0=0.01,
         wavelength=0.006,
         relief=0.02,
-        free=(4.0, 0.12, 0.0, 0.1, 0.03, 0.3, 1.6e-4),
+        free=(4.0, 0.12, 0.0, 0.1, 0.03, 0.3, 2.2e-4),
     )
     body = pen.group()
     pen.ellipsoid((0, -0.13, 0.215), (0.205, 0.215, 0.205), coat, group=body, blend=0.12)

@@ -23,7 +23,9 @@ from wzviewer.worker.models.builtin.objects.rays import Scene
 from wzviewer.worker.models.builtin.objects.render import Layer, render
 
 _OPAQUE = 0.94  # a sheet of feather or wing covers .96 at most
-_HAIR = 1.5  # of a coarser pixel, to either side: so far along a hair its correction is evened out
+_COMBED_LIMITS = (40 / 255, 20 / 255, 2 / 255)
+_BESIDE = 0.3  # of a pixel: a whisker covers so much more of it than of a neighbour
+_HAIR = 3.0  # of a coarser pixel, to either side: so far along a hair its correction is evened out
 _BAND_LIMITS = (40 / 255, 20 / 255, 10 / 255)  # how far each step may pull back to the parent's picture
 
 
@@ -67,7 +69,9 @@ def march_again(
         return composite.composite(clean, of, finish, seed, harmony)
 
     first, alpha = paint(layer)
-    picture = _toward_parent(first, result.image, alpha, parent_factor, combed=scene.furred)
+    picture = _toward_parent(
+        first, result.image, alpha, parent_factor, limbs=layer.limbs if scene.furred else None
+    )
     pulled = picture - first
 
     def paint_pulled(of: Layer) -> tuple[FloatArray, FloatArray]:
@@ -138,54 +142,72 @@ def _without_halo(image: FloatArray, alpha: FloatArray, reach_px: float) -> Floa
 
 
 def _toward_parent(
-    picture: FloatArray, base: FloatArray, alpha: FloatArray, factor: float, *, combed: bool = False
+    picture: FloatArray,
+    base: FloatArray,
+    alpha: FloatArray,
+    factor: float,
+    *,
+    limbs: FloatArray | None = None,
 ) -> FloatArray:
     """Adds up(parent - down(child)), limited: shrunk, the finer picture stays the one that was there.
 
-    If `combed`, along hairs, which the coarser picture's pixels would bead.
+    In fur, where `limbs` (h, w) tells what a whisker covers, along hairs, which the coarser picture's
+    pixels would bead; and not beside whiskers, whose own have bled into the coat there.
     """
     h, w = alpha.shape
     size = (max(round(w / factor), 1), max(round(h / factor), 1))
     # Around the body's outline the coarser picture is a mixture: only what lies beyond it counts.
-    k = np.ones((int((3.0 if combed else 1.5) * factor) | 1,) * 2, np.uint8)
+    k = np.ones((int((1.5 if limbs is None else 3.0) * factor) | 1,) * 2, np.uint8)
     inside = cv2.erode((alpha > _OPAQUE).astype(np.float32), k, borderValue=1)
     outside = cv2.erode((alpha < 0.02).astype(np.float32), k, borderValue=1)
+    combed = limbs is not None
     lines = _lines(picture, 0.5 * factor) if combed else None
+    if limbs is not None:
+        beside = cv2.dilate(limbs, k) - cv2.erode(limbs, k) > _BESIDE
+        inside = np.where(beside, np.float32(0), inside)
     off = np.abs(base - picture)[inside > 0.5]
     # Where weather has changed the body, the parent's picture is right and what is marched here is not.
     trust = max(1.0, 2.0 * float(np.percentile(off, 90)) / _BAND_LIMITS[0]) if len(off) else 1.0
-    for limit in _BAND_LIMITS:
+    limits = _COMBED_LIMITS if combed else _BAND_LIMITS
+    for limit in limits:
         low = _pulled(base - picture, inside, alpha, size, limit * trust, trust > 1)
-        low = _along(low, lines, _HAIR * factor) if lines is not None else low
+        if lines is not None and limit > limits[-1]:  # a last little step sees to what is left
+            low = _along(low, lines, _HAIR * factor)
         low += _pulled(base - picture, outside, 1 - alpha, size, limit, False)
         picture = np.clip(picture + low, 0, 1).astype(np.float32)
     return picture
 
 
 def _lines(picture: FloatArray, sigma_px: float) -> FloatArray:
-    """Returns the unit direction (h, w, 2) along which a picture changes least around each pixel.
+    """Returns the unit direction (h / 2, w / 2, 2) along which a picture changes least around each place.
 
     The structure tensor's smaller eigenvector (Bigun and Granlund 1987).
     """
-    luma = cv2.GaussianBlur(picture.mean(2), (0, 0), 1.0)
+    luma = cv2.resize(picture.mean(2), _halved(picture), interpolation=cv2.INTER_AREA)
     x, y = cv2.Sobel(luma, cv2.CV_32F, 1, 0), cv2.Sobel(luma, cv2.CV_32F, 0, 1)
-    xx, xy, yy = (cv2.GaussianBlur(v, (0, 0), sigma_px) for v in (x * x, x * y, y * y))
+    xx, xy, yy = (cv2.GaussianBlur(v, (0, 0), sigma_px / 2) for v in (x * x, x * y, y * y))
     angle = 0.5 * np.arctan2(2 * xy, xx - yy) + np.float32(np.pi / 2)
     return np.asarray(np.dstack([np.cos(angle), np.sin(angle)]), np.float32)
 
 
+def _halved(picture: FloatArray) -> tuple[int, int]:
+    return max(picture.shape[1] // 2, 1), max(picture.shape[0] // 2, 1)
+
+
 def _along(field: FloatArray, lines: FloatArray, reach_px: float) -> FloatArray:
-    """Returns the mean of a field (h, w, c) along its pixels' lines, weighed to either side by a tent."""
-    h, w = field.shape[:2]
+    """Returns the mean of a smooth field (h, w, 3) along its lines, weighed to either side by a tent."""
+    small = cv2.resize(field, _halved(field), interpolation=cv2.INTER_AREA)
+    h, w = small.shape[:2]
     y, x = np.mgrid[0:h, 0:w].astype(np.float32)
-    steps = np.linspace(-1, 1, 9)[1:-1]
-    total = np.zeros_like(field)
+    steps = np.linspace(-1, 1, 11)[1:-1]
+    total = np.zeros_like(small)
     for step in steps:
-        way = np.float32(step * reach_px)
+        way = np.float32(0.5 * step * reach_px)
         at = (x + way * lines[..., 0], y + way * lines[..., 1])
-        seen = cv2.remap(field, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        seen = cv2.remap(small, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         total += np.float32(1 - abs(step)) * seen
-    return np.asarray(total / np.float32((1 - np.abs(steps)).sum()), np.float32)
+    total /= np.float32((1 - np.abs(steps)).sum())
+    return np.asarray(cv2.resize(total, field.shape[1::-1], interpolation=cv2.INTER_CUBIC), np.float32)
 
 
 def _pulled(

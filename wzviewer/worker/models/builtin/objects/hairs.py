@@ -47,9 +47,9 @@ def hairs(coat: Coat, pose: Pose, roots: Roots, lights: Lights) -> tuple[DoubleA
 
 
 def _half_widths(roots: Roots, start: DoubleArray, wide: float) -> DoubleArray:
-    """Returns half the width (n, k) of hairs, px: pieces begin in a point too."""
+    """Returns half the width (n, k) of hairs, px: they taper to a point, and pieces begin in one too."""
     t = np.linspace(0, 1, _JOINTS)
-    whole, cut = (np.minimum(1.0, blunt + 4 * t) * (1 - t**2.2) ** 0.8 for blunt in (0.6, 0.15))
+    whole, cut = (np.minimum(1.0, blunt + 4 * t) * (1 - t**2.2) ** 0.8 for blunt in (0.3, 0.05))
     own = wide * (0.75 + 0.5 * roots.chance[:, 3])
     return np.asarray(0.5 * own[:, None] * np.where(start[:, None] > 0, cut, whole))
 

@@ -250,13 +250,18 @@ def draw(
             if abs(da) < 1e-6:
                 continue
             major, minor = (h, w) if steep else (w, h)
-            low, high = min(a0, a1), max(a0, a1)
+            # A little past its joints, or a bend through 45 degrees leaves a notch.
+            past = abs(db) / length
+            before = joints[n, k, 3] * past if k > 0 else 0.0
+            after = joints[n, k + 1, 3] * past if k < count - 1 else 0.0
+            low, high = (a0 - before, a1 + after) if da > 0.0 else (a1 - after, a0 + before)
             thick = length / abs(da)
             for a in range(max(floor(low + 0.5), 0), min(floor(high + 0.5), major)):
-                t = min(max((a + 0.5 - a0) / da, 0.0), 1.0)
+                t = (a + 0.5 - a0) / da
+                middle = b0 + t * db
+                t = min(max(t, 0.0), 1.0)
                 half = joints[n, k, 3] + t * (joints[n, k + 1, 3] - joints[n, k, 3])
                 reach = max(half * thick, 0.5)
-                middle = b0 + t * db
                 z = joints[n, k, 2] + t * (joints[n, k + 1, 2] - joints[n, k, 2])
                 along = (k + t) / count
                 for b in range(max(floor(middle - reach + 0.5), 0), min(floor(middle + reach + 0.5), minor)):
