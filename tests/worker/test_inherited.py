@@ -13,9 +13,8 @@ from wzviewer.core.navigation import orbited
 from wzviewer.core.scene import Level
 from wzviewer.core.surfels import Surfels, turned
 from wzviewer.worker.draft import Draft
-from wzviewer.worker.inherited import hidden_surfels, not_inherited
+from wzviewer.worker.inherited import hidden_surfels
 from wzviewer.worker.levels import preview_level
-from wzviewer.worker.models.builtin.views.layers import Layer
 from wzviewer.worker.rasterize import LevelPart, render
 
 WIDTH, HEIGHT = 96, 64
@@ -108,19 +107,6 @@ def test_behind_a_slope_a_coarse_surfel_would_stick_out(made, steepness, is_take
     low = hidden_surfels(before, front)  # the surfels in the lowest rows are 30 to 40 px behind it
     row = AnchoredView.expand(draft.camera, draft.frame).project(low.means)[:, 1]
     assert (row > HEIGHT - 6).any() is np.bool_(is_taken)
-
-
-@pytest.mark.parametrize(("depth_px", "is_kept"), [(4 * BACK, False), (4 * BACK - 10, False), (30.0, True)])
-def test_what_is_inherited_is_not_made_anew(made, depth_px, is_kept):
-    _, draft, hidden, right = made
-    observed = SimpleNamespace(relief=draft.relief[::4, ::4])
-    draft = replace(draft, hidden=hidden, extra={"observation": observed})
-    shape = (HEIGHT, round(right * WIDTH))
-    image = np.zeros((*shape, 3), np.float32)
-    layer = Layer(image, np.full(shape, depth_px, np.float32), np.ones(shape, bool), (0, 0))
-    (rest,) = not_inherited((layer,), draft)
-    inner = np.s_[8:-8, 8:-12]  # away from where the inherited ones end
-    assert (rest.mask[inner] == is_kept).all()
 
 
 def test_quaternions_turn_with_their_frame():

@@ -5,9 +5,6 @@ hidden there at C_i may be seen from beside it, so the hidden surfels of the coa
 new level's too.  They fade in as the originals fade out, and the same surfels are seen throughout.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import cv2
 import numpy as np
 
@@ -15,16 +12,12 @@ from wzviewer.core.anchor import AnchoredView
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.draft import Draft, visible_parts
-from wzviewer.worker.models.builtin.views.axis import DepthAxis
-from wzviewer.worker.models.builtin.views.layers import Layer
-from wzviewer.worker.rasterize import LevelPart, render
+from wzviewer.worker.rasterize import LevelPart
 
 SLACK_COARSE_PX = 3.0  # of the coarser level: nearer to what is seen is the seen surface itself
 SLOPE_COARSE_PX = 4.0  # of the coarser level: as far as a footprint and its lining reach along a slope
 FOOTPRINT_SIGMAS = 2.5  # beyond that a surfel is not seen
 WINDOW = 3  # pixels among which the farthest counts
-CLOSED = 0.75  # coverage from which on what is inherited leaves no gap
-SAME_SHARE = 0.5  # of the shift between what is seen and a layer: the same surface, told twice
 
 
 def hidden_surfels(draft: Draft, observed: FloatArray) -> Surfels:
@@ -87,37 +80,6 @@ def _behind(part: LevelPart, draft: Draft, limits: tuple[FloatArray, ...], coars
         steps[here] = np.where(surfels.means[kept[here], 2] > _at(far, share[kept[here]]), 0, -1)
     hidden = surfels.take(kept[steps >= 0])
     return hidden.with_(native_scales=np.exp2(view.log_scale(hidden.means)))
-
-
-def not_inherited(layers: Sequence[Layer], draft: Draft) -> tuple[Layer, ...]:
-    """Returns layers without what the hidden surfels of a draft already show there.
-
-    Of a surface that the coarser levels hold, a layer would be a second and other telling: from aside its
-    patches are scraps with edges on the one that goes on around the level.
-
-    Args:
-        layers: of stage 4, behind the picture.
-        draft: with `hidden_surfels`.
-    """
-    if not len(draft.hidden) or not layers:
-        return tuple(layers)
-    coarse_px = draft.camera.width / draft.extra["observation"].relief.shape[1]
-    size = [max(round(n / coarse_px), 1) for n in (draft.camera.width, draft.camera.height)]
-    seen = render([LevelPart.of(draft.hidden, draft.frame)], draft.camera.resampled(*size))
-    known = np.where(seen.coverage > CLOSED, seen.relief, np.float32(np.nan))
-    known = cv2.resize(known, draft.relief.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    axis = DepthAxis.of(draft.camera)
-    return tuple(_apart_from(layer, known, draft.relief, axis) for layer in layers)
-
-
-def _apart_from(layer: Layer, known: FloatArray, front: FloatArray, axis: DepthAxis) -> Layer:
-    """Returns a layer less the pixels about as deep as what is known there (h, w), nan where nothing is."""
-    (x, y), (h, w) = layer.offset_px, layer.mask.shape
-    own, there, seen = (
-        axis.shift_of(r) for r in (layer.relief, known[y : y + h, x : x + w], front[y : y + h, x : x + w])
-    )
-    same = np.abs(own - there) < SAME_SHARE * np.abs(seen - own)
-    return replace(layer, mask=layer.mask & ~same)
 
 
 def _at(picture: FloatArray, share: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from wzviewer.core.surfels import Surfels
 from wzviewer.core.types import FloatArray
 from wzviewer.worker.draft import Draft
-from wzviewer.worker.inherited import hidden_surfels, not_inherited
+from wzviewer.worker.inherited import hidden_surfels
 from wzviewer.worker.levels import finite_relief, layer_surfels, sky_of
 from wzviewer.worker.lining import with_lining
 from wzviewer.worker.models.base import Synthesizer
@@ -73,7 +73,6 @@ def complete_scene(draft: Draft, models: Synthesizer, seed: int, check: Check, o
         draft = replace(draft, layers=tuple(in_sight(layer, draft) for layer in draft.layers))
     if draft.path:
         draft = replace(draft, hidden=hidden_surfels(draft, draft.extra["observation"].relief))
-        draft = replace(draft, layers=not_inherited(draft.layers, draft))
     return with_lining(draft)
 
 

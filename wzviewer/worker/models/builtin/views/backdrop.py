@@ -45,7 +45,7 @@ def _background_colors(canvas: Canvas, shape: tuple[int, int], offset: tuple[int
     rows = np.flatnonzero(sky.mean(axis=1) > SKY_SHARE)
     horizon_px = (rows[-1] if len(rows) else 0) - canvas.pad_px[1] - offset[1]
     below = np.clip(np.arange(shape[0]) + 0.5 - horizon_px / STRIDE_PX, 0, HORIZON_CELLS) / HORIZON_CELLS
-    share = (below * below * (3 - 2 * below)).astype(np.float32)[:, None, None]
+    share = (below * below * (3 - 2 * below)).astype(np.float32, copy=False)[:, None, None]
     return share * ground + (1 - share) * _continued(canvas, sky, shape, offset)
 
 
@@ -53,7 +53,7 @@ def _continued(
     canvas: Canvas, part: BoolArray, shape: tuple[int, int], offset: tuple[int, int]
 ) -> FloatArray:
     """The colours of one part of a canvas (H, W), continued smoothly, (h, w, 3)."""
-    weights = part.astype(np.float32)
+    weights = part.astype(np.float32, copy=False)
     size = tuple(-(-side // STRIDE_PX) for side in weights.shape[::-1])
     share = cv2.resize(weights, size, interpolation=cv2.INTER_AREA)
     colors = cv2.resize(canvas.surface.image * weights[..., None], size, interpolation=cv2.INTER_AREA)

@@ -185,7 +185,7 @@ def snap_to_colour(
     share, sure = _mixture_share(image, near_mean[..., :3], far_mean[..., :3])
     sure &= (near_weight > 0.02) & (far_weight > 0.02)
     undecided = band & ~near_core & ~far_core & sure
-    score = np.where(undecided, share, is_near.astype(np.float32)).astype(np.float32)
+    score = np.where(undecided, share, is_near.astype(np.float32, copy=False)).astype(np.float32, copy=False)
     even = (radius - 1, radius - 1)
     wins_near = cv2.blur(score, even) > 0.5
     moved = undecided & (wins_near != is_near)
@@ -193,17 +193,17 @@ def snap_to_colour(
     mixed = share > MIXED_SHARE
     if not axis.wide:  # beside an edge a magnified picture may be brighter than both
         mixed = cv2.blur(_unlike(image, near_mean[..., :3], far_mean[..., :3]), even) > MIXED_SHARE
-    return np.where(moved, side, shift).astype(np.float32), np.asarray(mixed), sure
+    return np.where(moved, side, shift).astype(np.float32, copy=False), np.asarray(mixed), sure
 
 
 def _side_mean(
     image: FloatArray, shift: FloatArray, core: BoolArray, radius: int
 ) -> tuple[FloatArray, FloatArray]:
     """Returns the local mean of (r, g, b, shift) over a core, (h, w, 4), and its weight (h, w)."""
-    weight = core.astype(np.float32)
+    weight = core.astype(np.float32, copy=False)
     values = np.dstack([image, shift, np.ones_like(shift)]) * weight[..., None]
-    sums = np.dstack([blur(np.ascontiguousarray(values[..., i]), radius) for i in range(5)])
-    return (sums[..., :4] / np.maximum(sums[..., 4:], 1e-6)).astype(np.float32), sums[..., 4]
+    sums = blur(values, radius)
+    return (sums[..., :4] / np.maximum(sums[..., 4:], 1e-6)).astype(np.float32, copy=False), sums[..., 4]
 
 
 def _mixture_share(
@@ -213,7 +213,7 @@ def _mixture_share(
     axis_color = near_color - far_color
     contrast = np.sqrt((axis_color**2).sum(-1))
     share = ((image - far_color) * axis_color).sum(-1) / np.maximum(contrast**2, 1e-6)
-    return np.clip(share, 0, 1).astype(np.float32), contrast > CONTRAST
+    return np.clip(share, 0, 1).astype(np.float32, copy=False), contrast > CONTRAST
 
 
 def _unlike(image: FloatArray, near_color: FloatArray, far_color: FloatArray) -> FloatArray:

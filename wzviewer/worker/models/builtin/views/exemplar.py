@@ -11,9 +11,11 @@ touch one another run in parallel, and the result is the same for any number of 
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from wzviewer.core.types import BoolArray, FloatArray, IntArray
 from wzviewer.worker.models.builtin.views.exemplar_kernels import (
@@ -149,9 +151,21 @@ def _centres(task: FillTask, radius_px: int) -> IntArray:
     rows, columns = np.nonzero(task.target)
     ring = (distance[rows, columns] / max(1.0, radius_px / 2)).astype(np.int64)
     scatter = (rows * 73856093 ^ columns * 19349663) * 2654435761 % (1 << 20)
-    order = np.argsort(ring * (1 << 20) + scatter, kind="stable")
-    pixels = np.stack([rows, columns], axis=-1)[order].astype(np.int32)
-    return plan_centres(pixels, task.target, radius_px)
+    return plan_centres(_in_order(ring * (1 << 20) + scatter, rows, columns), task.target, radius_px)
+
+
+def _in_order(keys: NDArray[Any], rows: NDArray[Any], columns: NDArray[Any]) -> IntArray:
+    """Returns pixels (n, 2) int32 by ascending key (n,) of 32 bits; equal ones stay in their order."""
+    packed = keys.astype(np.uint64) << np.uint64(32) | np.arange(len(keys), dtype=np.uint64)
+    order = np.sort(packed) & np.uint64(0xFFFFFFFF)  # a third of the time of argsort
+    return np.stack([rows[order], columns[order]], axis=-1).astype(np.int32)
+
+
+def _sortable(values: FloatArray) -> NDArray[np.uint32]:
+    """Returns integers (n,) in the order of floats (n,): the sign of IEEE 754 turned round."""
+    bits = np.ascontiguousarray(values, np.float32).view(np.uint32)
+    top = np.uint32(1 << 31)
+    return np.where(bits & top, ~bits, bits | top)
 
 
 def _source_places(task: FillTask, radius_px: int) -> Places:
@@ -165,10 +179,8 @@ def _source_places(task: FillTask, radius_px: int) -> Places:
     rows, columns = np.nonzero(allowed)
     thin = max(1, len(rows) // LIST_LIMIT)
     rows, columns = rows[::thin], columns[::thin]
-    depth = task.source_log[rows, columns]
-    order = np.argsort(depth, kind="stable")
-    listed = np.stack([rows, columns], axis=-1)[order].astype(np.int32)
-    return Places(allowed, listed, depth[order])
+    listed = _in_order(_sortable(task.source_log[rows, columns]), rows, columns)
+    return Places(allowed, listed, task.source_log[listed[:, 0], listed[:, 1]])
 
 
 def _shrunk(task: FillTask, step: int) -> FillTask:
@@ -180,7 +192,7 @@ def _shrunk(task: FillTask, step: int) -> FillTask:
         return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
 
     def mean_where(values: FloatArray, mask: BoolArray) -> tuple[FloatArray, FloatArray]:
-        weight = mask.astype(np.float32)
+        weight = mask.astype(np.float32, copy=False)
         share = mean(weight)
         flat = values.ndim == 2
         total = mean(values * (weight if flat else weight[..., None]))
@@ -194,18 +206,18 @@ def _shrunk(task: FillTask, step: int) -> FillTask:
     np.minimum(origin, np.array([size[1] - 1, size[0] - 1]), out=origin)
     painted = (target > 0) & (known < 0.5)
     return FillTask(
-        picture=np.where((known > 0)[..., None], picture, 0).astype(np.float32),
+        picture=np.where((known > 0)[..., None], picture, 0).astype(np.float32, copy=False),
         known=(known > 0.25) & ~painted,
         target=painted,
         source=mean(task.source),
-        usable=mean(task.usable.astype(np.float32)) > 0.99,
+        usable=mean(task.usable.astype(np.float32, copy=False)) > 0.99,
         source_log=np.ascontiguousarray(task.source_log[at][:, along]),
-        target_log=target_log.astype(np.float32),
+        target_log=target_log.astype(np.float32, copy=False),
         origin=np.ascontiguousarray(origin.astype(np.int32)),
     )
 
 
 def _soft_fill(task: FillTask) -> FloatArray:
     """The fallback without any usable source patch: the surroundings, blurred in."""
-    smooth = push_pull(task.picture, task.known.astype(np.float32))
-    return np.where(task.target[..., None], smooth, task.picture).astype(np.float32)
+    smooth = push_pull(task.picture, task.known.astype(np.float32, copy=False))
+    return np.where(task.target[..., None], smooth, task.picture).astype(np.float32, copy=False)

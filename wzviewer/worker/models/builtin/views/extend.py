@@ -37,13 +37,15 @@ def extended(
     label = _likely_sky(frame.sky & known, origin)
     far = float(np.median(frame.shift[frame.sky & known])) if (frame.sky & known).any() else 0.0
     guess = np.where(label, np.float32(far), ground)
-    picture = np.where(known[..., None], frame.image, np.float32(0)).astype(np.float32)
+    picture = np.where(known[..., None], frame.image, np.float32(0)).astype(np.float32, copy=False)
     logs = axis.log_of(np.where(known, frame.shift, guess)), axis.log_of(guess)
     task = FillTask(picture, known, ~known, picture, known, *logs, origin)
     image, copied_from = fill(task, OUTSIDE_RULE, seed, check)
     sky = copied_sky(frame.sky, copied_from, known, label)
-    shift = np.where(known, frame.shift, np.where(sky, np.float32(far), ground)).astype(np.float32)
-    relief = np.where(known, frame.relief, axis.relief_of(shift)).astype(np.float32)
+    shift = np.where(known, frame.shift, np.where(sky, np.float32(far), ground)).astype(
+        np.float32, copy=False
+    )
+    relief = np.where(known, frame.relief, axis.relief_of(shift)).astype(np.float32, copy=False)
     return Surface(image, shift, relief, sky)
 
 
@@ -54,12 +56,12 @@ def _continued_ground(frame: Surface, known: BoolArray) -> FloatArray:
         return np.zeros_like(frame.shift)
     place = _nearest(solid)
     nearest = frame.shift[place[..., 0], place[..., 1]]
-    return np.where(solid, frame.shift, blur(nearest, GROUND_SIGMA_PX)).astype(np.float32)
+    return np.where(solid, frame.shift, blur(nearest, GROUND_SIGMA_PX)).astype(np.float32, copy=False)
 
 
 def _likely_sky(sky: BoolArray, origin: IntArray) -> BoolArray:
     """Guesses where the sky goes on (h, w): where it is at the nearest place well inside what is known."""
-    there = sky[origin[..., 0], origin[..., 1]].astype(np.float32)
+    there = sky[origin[..., 0], origin[..., 1]].astype(np.float32, copy=False)
     return np.asarray(blur(there, SKY_SIGMA_PX) > 0.5)
 
 

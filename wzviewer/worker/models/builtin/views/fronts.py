@@ -67,10 +67,8 @@ def grow_fronts(
     origin, reach = _seed(shift, limit, allowed, np.float32(gain), most)
     _limit(reach, origin, sky & ~main_sky, np.float32(ISLAND_REACH_PX))
     _spread(shift, enter, allowed, sky, stops, origin, reach, np.float32(gain), most)
-    reached = origin[..., 0] >= 0
-    rows, columns = np.nonzero(~reached)
-    origin[rows, columns] = np.stack([rows, columns], axis=-1)
-    return Fronts(reached, shift[origin[..., 0], origin[..., 1]], origin)
+    reached, told = _told(shift, origin)
+    return Fronts(reached, told, origin)
 
 
 def _main_sky(sky: BoolArray) -> BoolArray:
@@ -137,6 +135,20 @@ def _seed(
             if deepest > 0:
                 reach[y, x] = min(most, REACH_GAIN * gain * deepest + REACH_MARGIN_PX)
     return origin, reach
+
+
+@njit(cache=True, nogil=True)
+def _told(shift: FloatArray, origin: IntArray) -> tuple[BoolArray, FloatArray]:
+    """Returns where origins (h, w, 2) are set and the shift there (h, w); sets the others to themselves."""
+    reached, told = np.zeros(shift.shape, np.bool_), shift.copy()
+    for y in range(shift.shape[0]):
+        for x in range(shift.shape[1]):
+            if origin[y, x, 0] >= 0:
+                reached[y, x] = True
+                told[y, x] = shift[origin[y, x, 0], origin[y, x, 1]]
+            else:
+                origin[y, x, 0], origin[y, x, 1] = y, x
+    return reached, told
 
 
 @njit(cache=True, nogil=True)

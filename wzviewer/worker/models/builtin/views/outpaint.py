@@ -76,10 +76,10 @@ def outpaint(
     stray = sky & ~inside & (copied_from[..., 0] >= 0) & ~seen[copied_from[..., 0], copied_from[..., 1]]
     image = _softened(_without(image, stray, sky, inside), inside)
     shift = np.where(sky, np.float32(far), ground)
-    shift = np.where(inside, np.pad(frame.shift, around), shift).astype(np.float32)
+    shift = np.where(inside, np.pad(frame.shift, around), shift).astype(np.float32, copy=False)
     shift = np.where(inside, shift, sharpen_steps(shift, axis, gain))
     relief = np.where(inside, np.pad(frame.relief, around), axis.relief_of(shift))
-    return Canvas(Surface(image, shift, relief.astype(np.float32), sky), inside, pad)
+    return Canvas(Surface(image, shift, relief.astype(np.float32, copy=False), sky), inside, pad)
 
 
 def _extended_ground(frame: Surface, around: tuple[tuple[int, int], ...], axis: DepthAxis) -> FloatArray:
@@ -87,7 +87,7 @@ def _extended_ground(frame: Surface, around: tuple[tuple[int, int], ...], axis: 
     solid = ~frame.sky
     if not solid.any():
         return np.pad(frame.shift, around, mode="edge")
-    shift = push_pull(frame.shift, solid.astype(np.float32))
+    shift = push_pull(frame.shift, solid.astype(np.float32, copy=False))
     extended = np.pad(shift, around, mode="edge")
     extended = _sloped_below(extended, shift, solid, around[0][1])
     high, width = extended.shape
@@ -96,7 +96,9 @@ def _extended_ground(frame: Surface, around: tuple[tuple[int, int], ...], axis: 
     distance = np.hypot((np.arange(high) - rows)[:, None], (np.arange(width) - columns)[None])
     near = np.full(1, np.percentile(frame.shift[solid], 98), np.float32)
     ceiling = float((near + axis.step_of(near, NEAREST - 1))[0])
-    return np.minimum(_blurred_by_distance(extended, distance.astype(np.float32)), np.float32(ceiling))
+    return np.minimum(
+        _blurred_by_distance(extended, distance.astype(np.float32, copy=False)), np.float32(ceiling)
+    )
 
 
 def _sloped_below(extended: FloatArray, shift: FloatArray, solid: BoolArray, pad_px: int) -> FloatArray:
@@ -108,7 +110,7 @@ def _sloped_below(extended: FloatArray, shift: FloatArray, solid: BoolArray, pad
     slope = max(0.0, float(np.median(shift[-1, whole] - shift[-rows - 1, whole])) / rows)
     below = np.zeros(extended.shape[0], np.float32)
     below[-pad_px:] = slope * (1 + np.arange(pad_px))
-    return (extended + below[:, None]).astype(np.float32)
+    return (extended + below[:, None]).astype(np.float32, copy=False)
 
 
 def _blurred_by_distance(values: FloatArray, distance: FloatArray) -> FloatArray:
@@ -126,7 +128,7 @@ def _blurred_by_distance(values: FloatArray, distance: FloatArray) -> FloatArray
 def _border_sky(sky: BoolArray, around: tuple[tuple[int, int], ...]) -> BoolArray:
     """Guesses the sky outside (H, W) by the majority of a strip of the border: a flag is no wall."""
     strip = (SKY_STRIP_PX, SKY_STRIP_PX)
-    share = cv2.blur(sky.astype(np.float32), strip, borderType=cv2.BORDER_REPLICATE)
+    share = cv2.blur(sky.astype(np.float32, copy=False), strip, borderType=cv2.BORDER_REPLICATE)
     return np.asarray(np.pad(share, around, mode="edge") > 0.5)
 
 
@@ -159,13 +161,15 @@ def _without(image: FloatArray, stray: BoolArray, sky: BoolArray, inside: BoolAr
     if not stray.any():
         return image
     gone = dilated(stray, STRAY_PX) & sky & ~inside
-    known = (sky & ~dilated(gone, 1)).astype(np.float32)
-    return np.where(gone[..., None], push_pull(image, known), image).astype(np.float32)
+    known = (sky & ~dilated(gone, 1)).astype(np.float32, copy=False)
+    return np.where(gone[..., None], push_pull(image, known), image).astype(np.float32, copy=False)
 
 
 def _softened(image: FloatArray, inside: BoolArray) -> FloatArray:
     """Lets detail (H, W, 3) fade towards the outer border, where the smooth backdrop begins."""
-    y, x = (np.minimum(np.arange(n), n - 1 - np.arange(n)).astype(np.float32) for n in inside.shape)
+    y, x = (
+        np.minimum(np.arange(n), n - 1 - np.arange(n)).astype(np.float32, copy=False) for n in inside.shape
+    )
     share = np.clip(np.minimum(y[:, None], x[None]) / np.float32(SOFT_PX), 0, 1)
     share = np.where(inside, np.float32(1), share * share * (3 - 2 * share))[..., None]
     return np.asarray(share * image + (1 - share) * blur(image, SOFT_PX / 3), np.float32)

@@ -103,7 +103,7 @@ class ViewSynthesizer:
         if not (outside or stepped):
             return Completion(image, relief, ())
         clean, sky = _with_sky(clean, shift, sky, axis)
-        relief = np.where(clean == shift, relief, axis.relief_of(clean)).astype(np.float32)
+        relief = np.where(clean == shift, relief, axis.relief_of(clean)).astype(np.float32, copy=False)
         frame = Surface(np.ascontiguousarray(image, np.float32), clean, relief, sky)
         canvas = outpaint(frame, axis, gain, seed, check) if outside else unpadded(frame)
         surfaces, masks = _background(canvas, axis, gain, seed, check)
@@ -148,7 +148,7 @@ def _with_sky(
     """Moves the sky label (h, w) along with pixels that changed sides, and lays them at its depth."""
     if sky is None or not sky.any():
         return clean, np.zeros(shift.shape, np.bool_)
-    far = np.median(shift[sky], keepdims=True).astype(np.float32)
+    far = np.median(shift[sky], keepdims=True).astype(np.float32, copy=False)
     if axis.wide:
         now = np.where(clean != shift, far_as_sky(clean, far, axis), sky)
         flat = now & (clean != shift)
@@ -156,7 +156,7 @@ def _with_sky(
         depth, sky_depth = (axis.focal_px + axis.relief_of(s).astype(np.float64) for s in (clean, far))
         share = depth / np.maximum(sky_depth, 1e-9)
         now, flat = share > LIKE_SKY, share > SAME_SKY
-    return np.where(flat, far, clean).astype(np.float32), np.asarray(now)
+    return np.where(flat, far, clean).astype(np.float32, copy=False), np.asarray(now)
 
 
 def _inner_sky(surface: Surface, seen: BoolArray) -> BoolArray:
@@ -240,7 +240,7 @@ def _pad_layers(canvas: Canvas, axis: DepthAxis) -> tuple[Layer, ...]:
     height, width = (n // PAD_STRIDE for n in surface.shift.shape)
     ring = dilated(~canvas.inside, OVERLAP_PX)
     relief = np.where(canvas.inside, axis.behind(surface.relief, BEHIND), surface.relief)
-    surface = replace(surface, relief=relief.astype(np.float32))
+    surface = replace(surface, relief=relief.astype(np.float32, copy=False))
     if surface.shift.shape != (height * PAD_STRIDE, width * PAD_STRIDE):
         return (_cropped(surface, ring, offset, 1),)
     near = dilated(canvas.inside, SHARP_PAD_PX)

@@ -37,7 +37,7 @@ def underlay(
         axis: the depth coordinate.
     """
     size = tuple(side // STRIDE_PX for side in painted.shape[::-1])
-    solid = (painted & ~layer.sky).astype(np.float32)
+    solid = (painted & ~layer.sky).astype(np.float32, copy=False)
     share = cv2.resize(solid, size, interpolation=cv2.INTER_AREA)
     colors, far = (_pooled(v, solid, share, size) for v in (layer.image, layer.shift))
     rows = np.arange(size[1]) * STRIDE_PX
@@ -54,8 +54,8 @@ def _pooled(values: FloatArray, solid: FloatArray, share: FloatArray, size: tupl
     """Means of what is solid in each cell, (h, w) or (h, w, 3), continued smoothly over the others."""
     flat = values.ndim == 2
     total = cv2.resize(values * (solid if flat else solid[..., None]), size, interpolation=cv2.INTER_AREA)
-    mean = (total / np.maximum(share if flat else share[..., None], 1e-6)).astype(np.float32)
-    filled = push_pull(mean, np.minimum(4 * share, 1).astype(np.float32))
+    mean = (total / np.maximum(share if flat else share[..., None], 1e-6)).astype(np.float32, copy=False)
+    filled = push_pull(mean, np.minimum(4 * share, 1).astype(np.float32, copy=False))
     return masked_blur(filled, np.ones(share.shape, np.bool_), SOFT)
 
 
