@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from wzviewer.worker.models.builtin.detail.amplitude import (
+    bladed,
     drawn_not_lettered,
     glossy,
     hems,
@@ -146,6 +147,15 @@ def test_a_narrow_band_of_two_tones_is_a_hem_and_a_wood_is_none():
     textured = plane + cv2.GaussianBlur(rng.normal(0, 60, plane.shape).astype(np.float32), (0, 0), 0.8)
     assert hems(band, textured)[20:70, 68].mean() < 0.6  # measured 0.45
     assert hems(band, plane)[:, :60].max() == 0
+
+
+def test_no_leaves_grow_on_blades_of_grass():
+    y, x = np.mgrid[0:90, 0:136].astype(np.float32)
+    grass = 110 + 40 * np.sin(0.9 * x + 0.2 * y)
+    noise = cv2.GaussianBlur(np.random.default_rng(0).standard_normal((90, 136), np.float32), (0, 0), 1.5)
+    crowns = (110 + 40 * noise / noise.std()).astype(np.float32)
+    assert bladed(grass).min() > 0.8  # measured .85
+    assert bladed(crowns).mean() < 0.1  # measured 0
 
 
 def test_leaves_in_the_light_have_more_contrast_than_in_the_gaps():

@@ -12,6 +12,7 @@ from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.errors import WorkerError
 from wzviewer.worker.models.builtin.detail.amplitude import (
     NATURAL,
+    bladed,
     glossy,
     hems,
     sigma_map,
@@ -340,7 +341,9 @@ class DetailSynthesizer:
         away *= ramp(lab[..., 0], 45, 15)
         reaches = np.array([TINT_REACHES.get(name, 100.0) for name in job.names], np.float32)
         own = 1 - _spread(coarse, grew) * (1 - np.exp(-away / np.square(_spread(coarse, reaches))))
-        return own * (1 - hems(_spread(coarse, natural), luma(job.observation)))
+        leafy = _spread(coarse, np.array([name == "foliage" for name in job.names], np.float32))
+        plane = luma(job.observation)
+        return own * (1 - hems(_spread(coarse, natural), plane)) * (1 - leafy * bladed(plane))
 
 
 def _light_share(job: _Job, place: Layout) -> FloatArray | float:
