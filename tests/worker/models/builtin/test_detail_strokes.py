@@ -9,7 +9,7 @@ import pytest
 from wzviewer.worker.models.builtin.detail.brushes import LEAF, lay
 from wzviewer.worker.models.builtin.detail.flow import CALM_VOTES, voted_direction
 from wzviewer.worker.models.builtin.detail.measures import area_down, blurred, enlarged, luma, orientation
-from wzviewer.worker.models.builtin.detail.strokes import BRUSHES, HAIRY, in_strokes, roughness
+from wzviewer.worker.models.builtin.detail.strokes import BRUSHES, HAIRY, in_strokes
 
 WIDTH, HEIGHT = 48, 36
 EVERYWHERE = np.ones((HEIGHT, WIDTH), np.float32)
@@ -77,14 +77,6 @@ def test_other_materials_stay_as_they_are():
     painting = in_strokes(base, seen, {"sky": EVERYWHERE, "granite": EVERYWHERE}, (1,))
     assert painting.image is base
     assert painting.cover.max() == 0
-
-
-def test_a_smooth_leaf_is_not_made_of_leaves():
-    ramp = np.repeat(np.linspace(80, 120, WIDTH, dtype=np.float32)[None], HEIGHT, 0)
-    smooth = ramp[..., None] * np.array([0.5, 1.0, 0.4], np.float32)
-    assert roughness(luma(smooth), BRUSHES["venation"].rough).max() < 0.1  # measured 0
-    assert roughness(luma(crowns()), BRUSHES["venation"].rough).mean() > 0.9  # measured 1
-    assert painted("venation", smooth).cover.max() == 0
 
 
 def test_hairs_follow_the_picture():

@@ -37,7 +37,6 @@ LEAST_IN_WOOD = 0.6
 WOOD_SPREAD = 1.5
 """Below this ratio of the octaves leaves are a texture, above it they are things with contours."""
 LIGHT_PX, CROWN_PX, LIGHT_BIAS = 7.0, 0.7, 8.0  # the last in grey levels
-BLADED, BLADES, BLADES_PX, MEADOW_PX = 0.85, (0.44, 0.12), 3.0, 12.0
 LIGHT_POWER, LEAST_LIGHT_GAIN, MOST_LIGHT_GAIN = 3.0, 0.2, 1.5
 """Of the ratio of a place's light to its surroundings': to the first power crowns drowned in their leaves."""
 FOCUS_NEAR_PX, FOCUS_WIDE_PX = 3.0, 12.0
@@ -169,18 +168,6 @@ def hems(natural: FloatArray, plane: FloatArray) -> FloatArray:
     narrow = 1 - ramp(widely_blurred(natural, HEM_PX), 0.35, 0.25)
     lettered = 1 - ramp(blurred(drawn_not_lettered(plane), 3.0), HEM_TONES, 0.25)
     return natural * narrow * lettered
-
-
-def bladed(plane: FloatArray) -> FloatArray:
-    """Returns ``(h, w)`` in 0..1: where green is blades of grass, larger than leaves: none grow on it.
-
-    The structure tensor is coherent there, about .63 all over a meadow; in a tree or a wood it is .35.
-
-    Args:
-        plane: ``(h, w)`` luma of the observation in grey levels.
-    """
-    coherence = widely_blurred(orientation(plane, 1.0, BLADES_PX).coherence, MEADOW_PX)
-    return np.float32(BLADED) * ramp(coherence, *BLADES)
 
 
 def light_gain(plane: FloatArray) -> FloatArray:

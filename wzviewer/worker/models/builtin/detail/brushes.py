@@ -16,6 +16,8 @@ LEAF, MARK, FACET = 0, 1, 2
 LIGHT_X, LIGHT_Y = -0.6, -0.8
 PIECE_PX = 3.0  # a hair is drawn in straight pieces
 SHADE_PX, SHADE = 3.0, 0.12  # beside a hair
+ALIKE = 50.0
+"""In squared grey levels: what differs by less fits, or strokes in soft shade swirled along its contours."""
 SHADOW = 0.42
 """How much light a stroke takes from what lies just behind it."""
 
@@ -80,7 +82,7 @@ def fit(
             for c in range(3):
                 mean[c] /= count
             unlike = squares / count - mean[0] ** 2 - mean[1] ** 2 - mean[2] ** 2
-            score = (unlike + 6.0) / a**1.2
+            score = max(unlike, ALIKE) / a**1.2
             if score < best:
                 best = score
                 chosen[s, 0], chosen[s, 1], chosen[s, 2] = angles[s, k], a, b

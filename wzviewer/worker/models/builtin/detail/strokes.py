@@ -7,7 +7,7 @@ colour with which the whole, shrunk, is the picture again.  Hairs follow the pic
 
 ::
 
-    observation ──► where is it rough? ──► sites ──► fit: angle and size ──► lay, dark ones first ─┐
+    observation ──► what is it made of? ─► sites ──► fit: angle and size ──► lay, dark ones first ─┐
          ▲                                   ▲                                   top, shade        │
          │                                   └───── where it is not yet right ◄──── colours ◄──────┤
          └──────────────────────────── shrunk ◄────────────────────────────────────────────────────┘
@@ -25,10 +25,8 @@ from wzviewer.worker.models.builtin.detail.measures import (
     area_down,
     blurred,
     enlarged,
-    local_rms,
     luma,
     over_rows,
-    ramp,
 )
 
 CANDIDATES = 12
@@ -56,7 +54,6 @@ class Brush:
         slim: least and most half width, as a share of the half length.
         bend: most bend, as a share of the half length.
         aligned: strokes follow the picture's own direction this closely, in rad; None if they point anywhere.
-        rough: least local contrast, as a share of the light, of where such things are; 0 if everywhere.
     """
 
     kind: int
@@ -65,11 +62,10 @@ class Brush:
     slim: tuple[float, float]
     bend: float = 0.0
     aligned: float | None = None
-    rough: float = 0.0
 
 
 BRUSHES = {
-    "venation": Brush(LEAF, (5.0, 3.0), 0.44, (0.36, 0.56), 0.25, rough=0.12),
+    "venation": Brush(LEAF, (5.0, 3.0), 0.44, (0.36, 0.56), 0.25),
     "stone": Brush(FACET, (8.0, 4.2), 0.40, (0.35, 0.8), 0.0, 0.5),
     "bristle": Brush(MARK, (10.0, 5.5), 0.32, (0.16, 0.26), 0.12, 0.25),
 }
@@ -113,8 +109,6 @@ def in_strokes(
     image, cover = base, np.zeros(base.shape[:2], np.float32)
     for name in sorted(shares.keys() & (BRUSHES.keys() | {HAIRY})):
         where = shares[name]
-        if name in BRUSHES and BRUSHES[name].rough:
-            where = where * roughness(luma(seen), BRUSHES[name].rough)
         if where.max() < LEAST_SHARE:
             continue
         if name == HAIRY:
@@ -132,17 +126,6 @@ def compiled() -> None:
     base = enlarged(seen, 32, 24)
     for name in (*BRUSHES, HAIRY):
         in_strokes(base, seen, {name: everywhere}, (0,))
-
-
-def roughness(plane: FloatArray, least: float) -> FloatArray:
-    """Returns ``(h, w)`` in 0..1: where the contrast, as a share of the light, is at least so much.
-
-    Args:
-        plane: ``(h, w)`` luma of the observation in grey levels.
-        least: share.
-    """
-    local = local_rms(plane - blurred(plane, 6.0), 6.0) / (blurred(plane, 6.0) + np.float32(16))
-    return ramp(local, least, 0.5 * least)
 
 
 def stroked(

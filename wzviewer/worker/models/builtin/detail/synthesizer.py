@@ -12,7 +12,6 @@ from wzviewer.core.types import ByteArray, FloatArray
 from wzviewer.errors import WorkerError
 from wzviewer.worker.models.builtin.detail.amplitude import (
     NATURAL,
-    bladed,
     glossy,
     hems,
     sigma_map,
@@ -45,6 +44,7 @@ from wzviewer.worker.models.builtin.detail.seams import (
     most_in_light,
     unevenness,
     with_seams,
+    without_leaves_on_grass,
     without_strands_on_gloss,
 )
 from wzviewer.worker.models.builtin.detail.strokes import compiled, in_strokes
@@ -241,6 +241,7 @@ class DetailSynthesizer:
             labels, names = np.zeros_like(labels), (prompted.name,)
         elif level <= 1:
             labels, names = without_strands_on_gloss(grey, labels, names)
+            labels, names = without_leaves_on_grass(grey, labels, names)
         else:
             labels, names = with_seams(grey, labels, names)
         place = [round(1e6 * value) & 0xFFFFFFFF for value in region]
@@ -341,9 +342,7 @@ class DetailSynthesizer:
         away *= ramp(lab[..., 0], 45, 15)
         reaches = np.array([TINT_REACHES.get(name, 100.0) for name in job.names], np.float32)
         own = 1 - _spread(coarse, grew) * (1 - np.exp(-away / np.square(_spread(coarse, reaches))))
-        leafy = _spread(coarse, np.array([name == "foliage" for name in job.names], np.float32))
-        plane = luma(job.observation)
-        return own * (1 - hems(_spread(coarse, natural), plane)) * (1 - leafy * bladed(plane))
+        return own * (1 - hems(_spread(coarse, natural), luma(job.observation)))
 
 
 def _light_share(job: _Job, place: Layout) -> FloatArray | float:
