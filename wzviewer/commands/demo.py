@@ -27,7 +27,7 @@ from wzviewer.gl.renderer import SurfelRenderer
 ZOOMS = (
     Zoom(0.318, 0.545, prompt="a butterfly"),  # a petal of the large daisy
     Zoom(0.255, 0.72, prompt="a ladybug"),  # the petal beside the butterfly's wing, well off its edge
-    Zoom(0.358, 0.42),  # the ladybug's head: drawn again, finer
+    Zoom(0.356, 0.411),  # the ladybug's head: drawn again, finer
 )
 GUTTER_PX = 8
 FILM_SIZE = 0.75  # of the pictures

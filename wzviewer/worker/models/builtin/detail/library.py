@@ -13,7 +13,7 @@ from wzviewer.worker.models.builtin.detail.octaves import CLUMPED, OCTAVES, SPAR
 from wzviewer.worker.models.builtin.detail.tiles import TILE_MAKERS
 
 TILE_PX = 768
-VERSION = 21  # raise it whenever a tile changes
+VERSION = 22  # raise it whenever a tile changes
 INT8_PER_DEVIATION = 36.0  # +-3.5 deviations fit
 
 

@@ -45,7 +45,7 @@ def tissue(n: int, rng: np.random.Generator) -> FloatArray:
     cells = warped(stamped(pillow.astype(np.float32), n * n // 1600, 7, stoma, rng), 1.5, rng)
     height = cells * (1 - 0.6 * veins.clip(0, 1)) + 0.3 * fractal(n, 1.6, rng, lowest=12)
     lit = 0.3 * height + 1.2 * shaded(1.7 * height)
-    return normalized(periodic_blur(lit + 1.6 * veins + 0.55 * shaded(3 * veins), 0.5))
+    return normalized(periodic_blur(lit + 1.1 * veins + 0.45 * shaded(3 * veins), 0.5))
 
 
 def _veins(n: int, cells: int, half_px: float, bend: float, rng: np.random.Generator) -> FloatArray:
