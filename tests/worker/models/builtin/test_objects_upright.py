@@ -28,6 +28,16 @@ def test_a_cat_stands_before_a_wall_as_on_the_ground(slope_y):
     assert leaning("cat", slope_y) <= 0.35 + 1e-9  # before a wall, slope 0, it was 6.0
 
 
+@pytest.mark.parametrize(("name", "least_deg", "most_deg"), [("cat", 0, 8), ("beetle", 15, 60)])
+def test_what_stands_is_upright_on_ground_that_falls_to_a_side(name, least_deg, most_deg):
+    """A beetle lies on its slope; a cat leaned with it as well, by 45 degrees."""
+    y, x = np.mgrid[0 : SIZE[0], 0 : SIZE[1]].astype(np.float32)
+    support = Support(-1.2 * (x - SIZE[1] / 2) - 1.2 * (y - SIZE[0] / 2), 1024.0)
+    pose, _ = pose_on(body_of(name, 1, NO_TINT), support, (180.0, 120.0), 90.0, np.random.default_rng(1))
+    across, down, _ = pose.camera_from_object[:, 2]
+    assert least_deg <= abs(np.rad2deg(np.arctan2(across, -down))) <= most_deg  # measured 6.9 and 45
+
+
 def test_a_beetle_follows_its_wall():
     assert leaning("beetle", 0.0) > 0.5  # measured 0.78: it creeps on it
 

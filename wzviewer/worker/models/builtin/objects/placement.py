@@ -20,6 +20,9 @@ MARGIN = 0.08  # an object's bounding box stays this far inside the frame
 _PROBE = 168
 LEAST_SUPPORT = 0.04  # of the surroundings: with less before the sky it is in the sky
 _STEEPEST = 6.0
+_STANDS_DEG = 60.0
+_STANDING_RAD, _LYING_RAD = 0.12, 1.0
+"""How far it leans to a side with its ground: what stands is upright on a slope, too, as weight demands."""
 _NEAREST = 1e-3  # of the anchor's distance
 _IN_FRONT = 0.40  # of its length: what is nearer by less is the support's own roughness
 _MOST_HIDDEN = 0.6
@@ -135,7 +138,8 @@ def orientation(
     lean = lean / max(float(np.linalg.norm(lean)), 1e-9)
     trust = np.clip((tilt - 8.0) / 14.0, 0, 1)
     side = np.cross(eye, up)
-    angle = trust * np.clip(np.arctan2(lean @ side, lean @ up), -1.0, 1.0)
+    most = _STANDING_RAD if body.tilt_deg[0] >= _STANDS_DEG else _LYING_RAD
+    angle = trust * np.clip(np.arctan2(lean @ side, lean @ up), -most, most)
     toward = np.cos(angle) * up + np.sin(angle) * side
     tilt = np.radians(np.clip(tilt if trust > 0 else 0.5 * sum(body.tilt_deg), *body.tilt_deg))
     n = np.cos(tilt) * eye + np.sin(tilt) * toward
