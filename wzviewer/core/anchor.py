@@ -43,6 +43,10 @@ class LevelFrame:
         origin = camera.unproject(camera.width / 2, camera.height / 2, depth)
         return cls(origin, camera.rotation.copy(), depth / camera.focal_px)
 
+    def unit_seen_by(self, camera: Camera) -> float:
+        """Returns the world length of a camera's pixel at A; not positive where A is behind the camera."""
+        return camera.pixel_scale(float(camera.to_camera(self.origin)[2]))
+
     def to_world(self, means: FloatArray) -> DoubleArray:
         """Maps local positions (n, 3) to the world, float64."""
         return self.origin + self.unit * (np.asarray(means, np.float64) @ self.axes)

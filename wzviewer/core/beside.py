@@ -63,7 +63,7 @@ def _not_hidden(scene: Scene, order: list[int], camera: Camera) -> list[int]:
         shown = _inside(places, level.camera)
         if not shown.any() or (shown & free).any():  # a small one may lie between the places
             found.append(level.index)
-            if _unit(level, camera) < FADED_IN * level.frame.unit:
+            if level.frame.unit_seen_by(camera) < FADED_IN * level.frame.unit:
                 free &= ~shown
     return found
 
@@ -71,18 +71,13 @@ def _not_hidden(scene: Scene, order: list[int], camera: Camera) -> list[int]:
 def _unit_in_middle(scene: Scene, parent: int, camera: Camera) -> float:
     """World length of a camera's pixel where the middle of its picture lies, about that of the new frame."""
     depth = depth_on_relief(scene, camera, camera.width / 2, camera.height / 2)
-    return _unit(scene[parent], camera) if depth is None else camera.pixel_scale(depth)
-
-
-def _unit(level: Level, camera: Camera) -> float:
-    """World length of a camera's pixel at a level's anchor."""
-    return camera.pixel_scale(float(camera.to_camera(level.frame.origin)[2]))
+    return scene[parent].frame.unit_seen_by(camera) if depth is None else camera.pixel_scale(depth)
 
 
 def _is_seen(scene: Scene, index: int, camera: Camera) -> bool:
     """Whether a camera is so close that a level has faded in by half, and they look at the same place."""
     level, above = scene[index], scene[scene[index].parent or 0]
-    unit = _unit(level, camera)
+    unit = level.frame.unit_seen_by(camera)
     if not unit > 0:
         return False
     midway = 0.5 * np.log2(level.frame.unit * above.frame.unit)
@@ -97,10 +92,9 @@ def _overlap(level: Level, camera: Camera) -> bool:
 
 def _places(camera: Camera, depth: float) -> DoubleArray:
     """World points (n, 3) all over a camera's picture, at a depth."""
-    rows, columns = PLACES
-    return np.array(
-        [camera.unproject(x * camera.width, y * camera.height, depth) for y in rows for x in columns]
-    )
+    y, x = (share.ravel() for share in np.meshgrid(*PLACES, indexing="ij"))
+    rays = [(x * camera.width - camera.cx) / camera.fx, (y * camera.height - camera.cy) / camera.fy]
+    return camera.to_world(depth * np.stack([*rays, np.ones(x.size)], 1))
 
 
 def _inside(points: DoubleArray, camera: Camera) -> BoolArray:

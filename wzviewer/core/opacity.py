@@ -124,9 +124,7 @@ def ramp_start(parent: Camera, camera: Camera, frame: LevelFrame) -> Camera:
         camera: camera of the level.
         frame: of the level.
     """
-    octaves = np.log2(parent.pixel_scale(float(parent.to_camera(frame.origin)[2]))) - np.log2(
-        camera.pixel_scale(float(camera.to_camera(frame.origin)[2]))
-    )
+    octaves = np.log2(frame.unit_seen_by(parent)) - np.log2(frame.unit_seen_by(camera))
     if not octaves < EXTENSION_OCTAVES:  # nan: the anchor is behind a camera
         return parent
     factor = 2.0 ** (octaves - EXTENSION_OCTAVES)

@@ -58,7 +58,7 @@ class Overlay:
 
 def split(beside: Sequence[Level], camera: Camera) -> tuple[list[Level], list[Level]]:
     """Returns those levels that are too coarse for their pictures to be taken as they are, and the others."""
-    coarse = [level for level in beside if level.frame.unit > FINE * _unit(level.frame, camera)]
+    coarse = [level for level in beside if level.frame.unit > FINE * level.frame.unit_seen_by(camera)]
     return coarse, [level for level in beside if level not in coarse]
 
 
@@ -78,7 +78,7 @@ def parts_among(
     """
     levels = sorted([*path, *beside], key=lambda level: level.index)
     scene = _scene_of(levels)
-    closer = max(1.0, *(_unit(level.frame, sharp) / level.frame.unit for level in beside))
+    closer = max(1.0, *(level.frame.unit_seen_by(sharp) / level.frame.unit for level in beside))
     finer = closer * sharp.focal_px / camera.focal_px
     parts = [(level, seen_part(level, modulation(scene, k), camera, finer)) for k, level in enumerate(levels)]
     return [(level, part) for level, part in parts if len(part.surfels)]
@@ -118,11 +118,6 @@ def _marked(part: LevelPart, is_wanted: bool) -> LevelPart:
     """Returns a part all white or all black."""
     colors = np.full_like(part.surfels.colors, float(is_wanted))
     return replace(part, surfels=part.surfels.with_(colors=colors))
-
-
-def _unit(frame: LevelFrame, camera: Camera) -> float:
-    """World length of a camera's pixel at the anchor of a frame."""
-    return camera.pixel_scale(float(camera.to_camera(frame.origin)[2]))
 
 
 def _scene_of(levels: Sequence[Level]) -> Scene:

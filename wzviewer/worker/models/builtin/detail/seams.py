@@ -12,13 +12,7 @@ from wzviewer.core.types import BoolArray, ByteArray, FloatArray
 from wzviewer.worker.models.builtin.detail.amplitude import wet_places
 from wzviewer.worker.models.builtin.detail.flow import GRAINS
 from wzviewer.worker.models.builtin.detail.materials import MATERIALS
-from wzviewer.worker.models.builtin.detail.measures import (
-    blurred,
-    local_rms,
-    luma,
-    orientation,
-    ramp,
-)
+from wzviewer.worker.models.builtin.detail.measures import blurred, local_rms, luma, orientation, ramp
 
 SURROUNDINGS_PX = 6.0  # of the observation
 DARKER = 0.7  # deviations of the surroundings

@@ -119,7 +119,7 @@ def in_strokes(
     return Painting(image, cover)
 
 
-def compiled() -> None:
+def warm_up() -> None:
     """Compiles the kernels, so that the first strokes are as fast as the others."""
     seen = np.random.default_rng(0).uniform(0, 255, (12, 16, 3)).astype(np.float32)
     everywhere = np.ones(seen.shape[:2], np.float32)
@@ -144,11 +144,14 @@ def stroked(
     seen = np.ascontiguousarray(seen, np.float32)
     top, shade = np.zeros(base.shape[:2], np.int32), np.ones(base.shape[:2], np.float32)
     colors = np.zeros((1, 3), np.float32)
+    along = (
+        None if brush.aligned is None else voted_direction(luma(seen), 4 * seen.shape[1], 4 * seen.shape[0])
+    )
     for half_px in brush.halves_px:
         sites = _sites(seen, where, half_px * brush.step, rng)
         if len(colors) > 1:
             sites = sites[_unlike(_painted(*_halved(base, top, shade), colors), seen, sites)]
-        strokes, own = _chosen(seen, sites, brush, half_px, rng)
+        strokes, own = _chosen(seen, sites, brush, half_px, along, rng)
         strokes[:, [0, 1, 4, 5, 6]] *= base.shape[1] / seen.shape[1]
         _laid(brush.kind, strokes.astype(np.float32), len(colors), top, shade)
         colors = np.concatenate([colors, own])
@@ -185,13 +188,21 @@ def _unlike(painted: FloatArray, seen: FloatArray, sites: FloatArray) -> BoolArr
 
 
 def _chosen(
-    seen: FloatArray, sites: FloatArray, brush: Brush, half_px: float, rng: np.random.Generator
+    seen: FloatArray,
+    sites: FloatArray,
+    brush: Brush,
+    half_px: float,
+    along: tuple[FloatArray, FloatArray] | None,
+    rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
     """Returns ``(n, 8)`` strokes in px of the observation, in their order, and their ``(n, 3)`` colours."""
     count = (len(sites), CANDIDATES)
     angles = rng.uniform(0, 2 * np.pi, (len(sites), 1)) + TURN * np.arange(CANDIDATES)
-    if brush.aligned is not None:
-        angles = _along(seen, sites)[:, None] + brush.aligned * rng.standard_normal(count)
+    if along is not None and brush.aligned is not None:
+        x, y = along
+        angles = np.arctan2(_at(y, sites), _at(x, sites))[:, None] + brush.aligned * rng.standard_normal(
+            count
+        )
     halves = (half_px * rng.uniform(0.65, 1.35, count)).astype(np.float32)
     slim = rng.uniform(*brush.slim, count).astype(np.float32)
     found = np.zeros((len(sites), 6), np.float32)
@@ -204,11 +215,6 @@ def _chosen(
         [sites[:, 0], sites[:, 1], *turned, found[:, 1], found[:, 2], bend, rng.random(len(sites))], 1
     )
     return strokes[order], found[order, 3:]
-
-
-def _along(seen: FloatArray, sites: FloatArray) -> FloatArray:
-    x, y = voted_direction(luma(seen), 4 * seen.shape[1], 4 * seen.shape[0])
-    return np.arctan2(_at(y, sites), _at(x, sites))
 
 
 def _laid(kind: int, strokes: FloatArray, offset: int, top: IntArray, shade: FloatArray) -> None:

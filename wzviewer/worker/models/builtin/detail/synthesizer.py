@@ -47,7 +47,8 @@ from wzviewer.worker.models.builtin.detail.seams import (
     without_leaves_on_grass,
     without_strands_on_gloss,
 )
-from wzviewer.worker.models.builtin.detail.strokes import compiled, in_strokes
+from wzviewer.worker.models.builtin.detail.strokes import in_strokes
+from wzviewer.worker.models.builtin.detail.strokes import warm_up as warm_up_strokes
 from wzviewer.worker.models.builtin.detail.tables import (
     floor_table,
     grain_table,
@@ -142,7 +143,7 @@ class DetailSynthesizer:
         context = self.describe(ramp_image, None)
         for word in ("fibre", "foliage", "venation", "rock", "plaster"):
             self.upscale(ramp_image, 64, 48, context, (0, 0, 1, 1), 1, 0, material=word)
-        compiled()
+        warm_up_strokes()
 
     def describe(
         self, image: FloatArray, parent: Context | None = None, detail: Detail | None = None

@@ -34,7 +34,6 @@ from wzviewer.worker.models.builtin.objects.surfaces import beyond, on_front
 from wzviewer.worker.models.builtin.objects.words import ALOFT
 
 Check = Callable[[], object] | None
-_UPRIGHT_DEG = 60.0  # what is seen from the side stands, and has its own footing
 _HOVER = 0.40  # body lengths above its place
 _VEIL = 0.45  # share of what is seen under water that is the water
 _THROUGH_WATER = np.array([0.62, 0.86, 0.94], np.float32)
@@ -148,7 +147,7 @@ def _stand(
     body = body_of(name, seed, request.tint)
     height = _HOVER if request.hovers else 0.0
     rests = height == 0 and not request.submerged
-    lies = rests and body.tilt_deg[0] < _UPRIGHT_DEG
+    lies = rests and not placement.stands(body)
     if lies and request.count == 1 and not request.place:
         centre = on_front(geometry, centre, width_px)
     past_edge = beyond(geometry, centre, width_px) if lies else np.zeros_like(geometry.relief)

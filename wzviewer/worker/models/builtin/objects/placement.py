@@ -20,7 +20,7 @@ MARGIN = 0.08  # an object's bounding box stays this far inside the frame
 _PROBE = 168
 LEAST_SUPPORT = 0.04  # of the surroundings: with less before the sky it is in the sky
 _STEEPEST = 6.0
-_STANDS_DEG = 60.0
+_STANDS_DEG = 60.0  # what is seen from the side stands, and has its own footing
 _STANDING_RAD, _LYING_RAD = 0.12, 1.0
 """How far it leans to a side with its ground: what stands is upright on a slope, too, as weight demands."""
 _NEAREST = 1e-3  # of the anchor's distance
@@ -124,6 +124,11 @@ def fit_plane(support: Support, x: float, y: float, radius_px: float) -> Plane:
     return Plane(x, y, at + off_px, float(slope[0]), float(slope[1]))
 
 
+def stands(body: Body) -> bool:
+    """Tells whether a body is one that stands, and does not lie or creep."""
+    return body.tilt_deg[0] >= _STANDS_DEG
+
+
 def orientation(
     body: Body, normal: DoubleArray, ray: tuple[float, float], rng: np.random.Generator
 ) -> DoubleArray:
@@ -138,7 +143,7 @@ def orientation(
     lean = lean / max(float(np.linalg.norm(lean)), 1e-9)
     trust = np.clip((tilt - 8.0) / 14.0, 0, 1)
     side = np.cross(eye, up)
-    most = _STANDING_RAD if body.tilt_deg[0] >= _STANDS_DEG else _LYING_RAD
+    most = _STANDING_RAD if stands(body) else _LYING_RAD
     angle = trust * np.clip(np.arctan2(lean @ side, lean @ up), -most, most)
     toward = np.cos(angle) * up + np.sin(angle) * side
     tilt = np.radians(np.clip(tilt if trust > 0 else 0.5 * sum(body.tilt_deg), *body.tilt_deg))

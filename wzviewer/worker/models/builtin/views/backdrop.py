@@ -53,7 +53,7 @@ def _continued(
     canvas: Canvas, part: BoolArray, shape: tuple[int, int], offset: tuple[int, int]
 ) -> FloatArray:
     """The colours of one part of a canvas (H, W), continued smoothly, (h, w, 3)."""
-    weights = part.astype(np.float32, copy=False)
+    weights = part.astype(np.float32)
     size = tuple(-(-side // STRIDE_PX) for side in weights.shape[::-1])
     share = cv2.resize(weights, size, interpolation=cv2.INTER_AREA)
     colors = cv2.resize(canvas.surface.image * weights[..., None], size, interpolation=cv2.INTER_AREA)

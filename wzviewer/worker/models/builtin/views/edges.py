@@ -185,7 +185,7 @@ def snap_to_colour(
     share, sure = _mixture_share(image, near_mean[..., :3], far_mean[..., :3])
     sure &= (near_weight > 0.02) & (far_weight > 0.02)
     undecided = band & ~near_core & ~far_core & sure
-    score = np.where(undecided, share, is_near.astype(np.float32, copy=False)).astype(np.float32, copy=False)
+    score = np.where(undecided, share, is_near.astype(np.float32)).astype(np.float32, copy=False)
     even = (radius - 1, radius - 1)
     wins_near = cv2.blur(score, even) > 0.5
     moved = undecided & (wins_near != is_near)
@@ -200,7 +200,7 @@ def _side_mean(
     image: FloatArray, shift: FloatArray, core: BoolArray, radius: int
 ) -> tuple[FloatArray, FloatArray]:
     """Returns the local mean of (r, g, b, shift) over a core, (h, w, 4), and its weight (h, w)."""
-    weight = core.astype(np.float32, copy=False)
+    weight = core.astype(np.float32)
     values = np.dstack([image, shift, np.ones_like(shift)]) * weight[..., None]
     sums = blur(values, radius)
     return (sums[..., :4] / np.maximum(sums[..., 4:], 1e-6)).astype(np.float32, copy=False), sums[..., 4]

@@ -192,7 +192,7 @@ def _shrunk(task: FillTask, step: int) -> FillTask:
         return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
 
     def mean_where(values: FloatArray, mask: BoolArray) -> tuple[FloatArray, FloatArray]:
-        weight = mask.astype(np.float32, copy=False)
+        weight = mask.astype(np.float32)
         share = mean(weight)
         flat = values.ndim == 2
         total = mean(values * (weight if flat else weight[..., None]))
@@ -210,7 +210,7 @@ def _shrunk(task: FillTask, step: int) -> FillTask:
         known=(known > 0.25) & ~painted,
         target=painted,
         source=mean(task.source),
-        usable=mean(task.usable.astype(np.float32, copy=False)) > 0.99,
+        usable=mean(task.usable.astype(np.float32)) > 0.99,
         source_log=np.ascontiguousarray(task.source_log[at][:, along]),
         target_log=target_log.astype(np.float32, copy=False),
         origin=np.ascontiguousarray(origin.astype(np.int32)),
@@ -219,5 +219,5 @@ def _shrunk(task: FillTask, step: int) -> FillTask:
 
 def _soft_fill(task: FillTask) -> FloatArray:
     """The fallback without any usable source patch: the surroundings, blurred in."""
-    smooth = push_pull(task.picture, task.known.astype(np.float32, copy=False))
+    smooth = push_pull(task.picture, task.known.astype(np.float32))
     return np.where(task.target[..., None], smooth, task.picture).astype(np.float32, copy=False)

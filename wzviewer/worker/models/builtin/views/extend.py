@@ -61,7 +61,7 @@ def _continued_ground(frame: Surface, known: BoolArray) -> FloatArray:
 
 def _likely_sky(sky: BoolArray, origin: IntArray) -> BoolArray:
     """Guesses where the sky goes on (h, w): where it is at the nearest place well inside what is known."""
-    there = sky[origin[..., 0], origin[..., 1]].astype(np.float32, copy=False)
+    there = sky[origin[..., 0], origin[..., 1]].astype(np.float32)
     return np.asarray(blur(there, SKY_SIGMA_PX) > 0.5)
 
 

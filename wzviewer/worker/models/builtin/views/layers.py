@@ -119,7 +119,7 @@ def background_layer(
     fronts = grow_fronts(front.shift, axis, gain, allowed, front.sky)
     if not fronts.reached.any():
         return front, fronts.reached
-    rim_shift = push_pull(fronts.shift, fronts.reached.astype(np.float32, copy=False))
+    rim_shift = push_pull(fronts.shift, fronts.reached.astype(np.float32))
     nearer = front.shift > rim_shift + axis.step_of(rim_shift, CONTEXT_STEP)
     level = front.shift <= rim_shift + axis.step_of(rim_shift, RELATIVE_STEP)
     fringe = dilated(fronts.reached, FRINGE_PX) & ~fronts.reached & level & allowed
@@ -153,7 +153,7 @@ def _layer_shift(
     if not ground.any():
         return fronts.shift
     rims = (known & ~front.sky & dilated(ground, RIM_PX)) | (ground & ~fronts.reached)
-    harmonic = push_pull(front.shift, rims.astype(np.float32, copy=False)) if rims.any() else fronts.shift
+    harmonic = push_pull(front.shift, rims.astype(np.float32)) if rims.any() else fronts.shift
     local = masked_blur(fronts.shift, ground, RIM_BLUR_PX)
     blend = HARMONIC_SHARE * harmonic + (1 - HARMONIC_SHARE) * local
     freedom = _freedom(fronts.shift, axis)

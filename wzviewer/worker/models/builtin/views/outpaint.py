@@ -87,7 +87,7 @@ def _extended_ground(frame: Surface, around: tuple[tuple[int, int], ...], axis: 
     solid = ~frame.sky
     if not solid.any():
         return np.pad(frame.shift, around, mode="edge")
-    shift = push_pull(frame.shift, solid.astype(np.float32, copy=False))
+    shift = push_pull(frame.shift, solid.astype(np.float32))
     extended = np.pad(shift, around, mode="edge")
     extended = _sloped_below(extended, shift, solid, around[0][1])
     high, width = extended.shape
@@ -96,9 +96,7 @@ def _extended_ground(frame: Surface, around: tuple[tuple[int, int], ...], axis: 
     distance = np.hypot((np.arange(high) - rows)[:, None], (np.arange(width) - columns)[None])
     near = np.full(1, np.percentile(frame.shift[solid], 98), np.float32)
     ceiling = float((near + axis.step_of(near, NEAREST - 1))[0])
-    return np.minimum(
-        _blurred_by_distance(extended, distance.astype(np.float32, copy=False)), np.float32(ceiling)
-    )
+    return np.minimum(_blurred_by_distance(extended, distance.astype(np.float32)), np.float32(ceiling))
 
 
 def _sloped_below(extended: FloatArray, shift: FloatArray, solid: BoolArray, pad_px: int) -> FloatArray:
@@ -128,7 +126,7 @@ def _blurred_by_distance(values: FloatArray, distance: FloatArray) -> FloatArray
 def _border_sky(sky: BoolArray, around: tuple[tuple[int, int], ...]) -> BoolArray:
     """Guesses the sky outside (H, W) by the majority of a strip of the border: a flag is no wall."""
     strip = (SKY_STRIP_PX, SKY_STRIP_PX)
-    share = cv2.blur(sky.astype(np.float32, copy=False), strip, borderType=cv2.BORDER_REPLICATE)
+    share = cv2.blur(sky.astype(np.float32), strip, borderType=cv2.BORDER_REPLICATE)
     return np.asarray(np.pad(share, around, mode="edge") > 0.5)
 
 
@@ -161,15 +159,13 @@ def _without(image: FloatArray, stray: BoolArray, sky: BoolArray, inside: BoolAr
     if not stray.any():
         return image
     gone = dilated(stray, STRAY_PX) & sky & ~inside
-    known = (sky & ~dilated(gone, 1)).astype(np.float32, copy=False)
+    known = (sky & ~dilated(gone, 1)).astype(np.float32)
     return np.where(gone[..., None], push_pull(image, known), image).astype(np.float32, copy=False)
 
 
 def _softened(image: FloatArray, inside: BoolArray) -> FloatArray:
     """Lets detail (H, W, 3) fade towards the outer border, where the smooth backdrop begins."""
-    y, x = (
-        np.minimum(np.arange(n), n - 1 - np.arange(n)).astype(np.float32, copy=False) for n in inside.shape
-    )
+    y, x = (np.minimum(np.arange(n), n - 1 - np.arange(n)).astype(np.float32) for n in inside.shape)
     share = np.clip(np.minimum(y[:, None], x[None]) / np.float32(SOFT_PX), 0, 1)
     share = np.where(inside, np.float32(1), share * share * (3 - 2 * share))[..., None]
     return np.asarray(share * image + (1 - share) * blur(image, SOFT_PX / 3), np.float32)

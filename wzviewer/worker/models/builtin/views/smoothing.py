@@ -56,12 +56,12 @@ def _mix(values: FloatArray, weights: FloatArray, wide: FloatArray) -> None:
 
 def masked_blur(values: FloatArray, mask: BoolArray, sigma_px: float) -> FloatArray:
     """Gaussian blur that ignores pixels outside a mask (h, w); push-pull where none is near."""
-    weights = mask.astype(np.float32, copy=False)
+    weights = mask.astype(np.float32)
     total = blur(weights, sigma_px)
     kept = weights if values.ndim == 2 else weights[..., None]
     near = total if values.ndim == 2 else total[..., None]
     mean = blur((values * kept).astype(np.float32, copy=False), sigma_px) / np.maximum(near, 1e-6)
-    return push_pull(mean.astype(np.float32, copy=False), (total > 1e-3).astype(np.float32, copy=False))
+    return push_pull(mean.astype(np.float32, copy=False), (total > 1e-3).astype(np.float32))
 
 
 def blur(values: FloatArray, sigma_px: float) -> FloatArray:

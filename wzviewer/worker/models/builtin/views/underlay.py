@@ -37,7 +37,7 @@ def underlay(
         axis: the depth coordinate.
     """
     size = tuple(side // STRIDE_PX for side in painted.shape[::-1])
-    solid = (painted & ~layer.sky).astype(np.float32, copy=False)
+    solid = (painted & ~layer.sky).astype(np.float32)
     share = cv2.resize(solid, size, interpolation=cv2.INTER_AREA)
     colors, far = (_pooled(v, solid, share, size) for v in (layer.image, layer.shift))
     rows = np.arange(size[1]) * STRIDE_PX
